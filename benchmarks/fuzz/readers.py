@@ -11,9 +11,8 @@ import trimesh
 
 from palpate.bounded_file import read_text
 from palpate.commands.calibrate.data import read_csv, wrenches
-from palpate.commands.log.episodes import episodes
-from palpate.commands.log.summary import log_summary
-from palpate.commands.log.times import LogTimes
+from palpate.commands.log.export import episodes
+from palpate.commands.log.info import LogTimes, log_summary
 from palpate.commands.sweep.store import read_record
 from palpate.commands.wrench_csv import WrenchReader
 from palpate.controllers.tangent_motion import PathTable

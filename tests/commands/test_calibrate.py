@@ -24,7 +24,7 @@ from palpate.commands.calibrate.data import measured_poses, read_csv
 from palpate.commands.calibrate.live import stage_backend, take_readings
 from palpate.commands.calibrate.run import run_calibrate
 from palpate.commands.calibrate.sensor_presets import preset_sensor
-from palpate.commands.typed_options import read_typed
+from palpate.commands.typed_options import read_options
 from palpate.errors import InvalidValueError
 from palpate.runtime import Command
 from palpate.runtime.wrapped_backend import WrappedBackend
@@ -612,7 +612,7 @@ def parsed(name, *arguments):
     assert isinstance(group, CommandGroup)
     command = group.commands[name]
     assert isinstance(command, TypedCommand)
-    return read_typed(command.config, f"palpate calibrate {name}", arguments)
+    return read_options(command.config, f"palpate calibrate {name}", arguments)[0]
 
 
 def test_the_examples_in_the_help_texts_are_understood():

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from enum import Enum, IntEnum
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.commands.command_result import CommandResult, ExitCode, shown_quantities
-from palpate.commands.output_format import JsonOutput, TextOutput, document, plain, unboxed
+from palpate.commands.output_format import document, json_value, run_with_json, run_with_text
 from palpate.errors import InvalidValueError, OverrunError
 from palpate.reporting.data import Quantity
 from palpate.reporting.units import UNITS, quantity_key
@@ -102,7 +103,7 @@ class Level(IntEnum):
     ],
 )
 def test_values_become_what_json_has(value, wanted):
-    found = plain(value)
+    found = json_value(value)
     assert found == wanted
     assert type(found) is type(wanted)
 
@@ -128,16 +129,16 @@ def raising(error):
     ],
 )
 def test_whatever_is_raised_one_document_says_it(error, code, said, capsys):
-    assert JsonOutput("made up").carry_out(raising(error)) == code
+    assert run_with_json(raising(error), "made up") == code
     told = capsys.readouterr()
     found = json.loads(told.out)
     assert (found["command"], found["exit_code"], found["error"]) == ("made up", code, said)
     assert told.err.startswith("words\n")
 
 
-@pytest.mark.parametrize("output", [TextOutput(), JsonOutput("x")])
-def test_an_experiments_own_exception_is_a_sentence_with_its_place(output, capsys):
-    assert output.carry_out(raising(ZeroDivisionError("nobody thought of it"))) == ExitCode.UNFINISHED
+@pytest.mark.parametrize("run", [run_with_text, partial(run_with_json, command="x")])
+def test_an_experiments_own_exception_is_a_sentence_with_its_place(run, capsys):
+    assert run(raising(ZeroDivisionError("nobody thought of it"))) == ExitCode.UNFINISHED
     place = (
         r"test_command_result\.py, line \d+, in run, raised ZeroDivisionError: nobody thought of it; mend it there"
     )
@@ -146,32 +147,25 @@ def test_an_experiments_own_exception_is_a_sentence_with_its_place(output, capsy
 
 def test_an_exception_of_palpates_own_shows_its_traceback():
     with pytest.raises(TypeError):
-        TextOutput().carry_out(lambda: norm(None))
+        run_with_text(lambda: norm(None))
 
 
 def test_what_other_processes_and_libraries_print_goes_to_standard_error():
     code = (
         "import os, subprocess, sys\n"
-        "from palpate.commands.output_format import JsonOutput\n"
+        "from palpate.commands.output_format import run_with_json\n"
         "def run():\n"
         "    os.write(1, b'library\\n')\n"
         "    subprocess.run([sys.executable, '-c', 'print(\"child\")'])\n"
         "    print('palpate')\n"
         "    return 0\n"
-        "sys.exit(JsonOutput('x').carry_out(run))\n"
+        "sys.exit(run_with_json(run, 'x'))\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert json.loads(done.stdout)["status"] == "done"
     assert set(done.stderr.split()) == {"library", "child", "palpate"}
 
 
-@pytest.mark.parametrize("sides", ["│", " ", "|"])
-def test_a_refusal_loses_its_box(sides):
-    box = f"╭─ Value error ─╮\n{sides} Error parsing palpate robot show: a = 1 {sides}\n{sides} ------- {sides}\n"
-    box += f"{sides} For full helptext, see palpate --help {sides}\n╰────╯\n"
-    assert unboxed(box) == "a = 1"
-
-
 def test_what_json_cannot_hold_is_an_error_of_ours():
     with pytest.raises(TypeError, match="object cannot be JSON"):
-        plain(object())
+        json_value(object())

@@ -15,7 +15,7 @@ import serial
 
 from palpate.cli import main
 from palpate.commands.command_result import ExitCode
-from palpate.commands.emulate.config import (
+from palpate.commands.devices.config import (
     EmulateNetftConfig,
     EmulateUrConfig,
     version_numbers,

@@ -11,13 +11,15 @@ import sys
 
 import pytest
 
-from palpate.commands.log import command as log_command
-from palpate.commands.log.command import run_log_export, run_log_info
+from palpate.commands.log import export
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig
-from palpate.commands.progress import lively
+from palpate.commands.log.export import run_log_export
+from palpate.commands.log.info import run_log_info
 from palpate.errors import InvalidValueError
+from palpate.runtime import progress
 from palpate.runtime.data import Phase
 from palpate.runtime.log import LogWriter, Recorder, read_log
+from palpate.runtime.progress import lively
 from palpate.sensing.contact import ContactStatus
 from runtime.log.log_examples import ONE_FINGER, PERIOD, TWO_FINGERS_AND_A_HAND, a_run, write
 from support.tiny_experiment import TINY
@@ -146,16 +148,16 @@ def test_a_folder_that_cannot_be_made_is_refused(log_path, tmp_path):
 
 
 def test_what_takes_long_shows_how_far_it_is(log_path, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(log_command, "BAR_DELAY", -1.0)
+    monkeypatch.setattr(export, "BAR_DELAY", -1.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setattr(log_command, "lively", lambda console: True)  # a terminal
+    monkeypatch.setattr(progress, "lively", lambda console: True)  # a terminal
     exported(log_path, "csv", tmp_path / "slow")
     assert "writing" in capsys.readouterr().err
-    monkeypatch.setattr(log_command, "BAR_DELAY", math.inf)
+    monkeypatch.setattr(export, "BAR_DELAY", math.inf)
     exported(log_path, "csv", tmp_path / "quick")
     assert "writing" not in capsys.readouterr().err
-    monkeypatch.setattr(log_command, "BAR_DELAY", -1.0)
-    monkeypatch.setattr(log_command, "lively", lively)  # FORCE_COLOR makes no terminal of a pipe
+    monkeypatch.setattr(export, "BAR_DELAY", -1.0)
+    monkeypatch.setattr(progress, "lively", lively)  # FORCE_COLOR makes no terminal of a pipe
     exported(log_path, "csv", tmp_path / "to a pipe")
     assert capsys.readouterr().err == ""
 

@@ -10,7 +10,7 @@ import pytest
 
 from palpate.commands.calibrate.config import MatrixConfig, PayloadConfig, TareConfig
 from palpate.commands.contact.config import ContactConfig
-from palpate.commands.emulate.config import EmulateDynamixelConfig, EmulateNetftConfig, EmulateUrConfig
+from palpate.commands.devices.config import EmulateDynamixelConfig, EmulateNetftConfig, EmulateUrConfig
 from palpate.commands.sweep import SweepConfig
 from palpate.commands.view.config import ViewConfig
 from palpate.errors import InvalidValueError
@@ -206,7 +206,7 @@ CONFIGURATIONS = {
         [
             ({"address": "localhost"}, "address"),
             ({"version": "4.3"}, "version"),
-            ({"scale": 0.0}, "scale"),
+            ({"time_scale": 0.0}, "time_scale"),
             ({"plane": float("nan")}, "plane"),
             ({"stiffness": -1.0}, "stiffness"),
             ({"control_port": 70000}, "control_port"),
@@ -216,7 +216,7 @@ CONFIGURATIONS = {
         EmulateDynamixelConfig,
         [
             ({"servos": 0}, "servos"),
-            ({"scale": 100.0}, "scale"),
+            ({"time_scale": 100.0}, "time_scale"),
             ({"wall": float("inf")}, "wall"),
             ({"control_port": 22}, "control_port"),
         ],
@@ -424,23 +424,54 @@ TYPED = [
     ("help", "did you mean palpate --help?"),
     ("robot chek", "robot chek: no such command; did you mean palpate robot check? there are list"),
     ("qqqq", "qqqq: no such command; there are explore"),
-    ("explore sphere", "Options have names here: did you mean --object sphere?"),
+    ("explore sphere", "options have names here: did you mean --object sphere?"),
     ("explore --force 2 sphere", "did you mean --object sphere?"),
     ("explore --beyond spiral", "did you mean --strategy spiral?"),
-    ("explore --object spere", "Did you mean sphere?"),
-    ("explore --object=spere", "Did you mean sphere?"),
-    ("regulate --motion sin", "Did you mean sine?"),
-    ("calibrate new x.yaml --preset nano", "Did you mean nano17?"),
+    ("explore --object spere", "did you mean sphere?"),
+    ("explore --object=spere", "did you mean sphere?"),
+    ("regulate --motion sin", "did you mean sine?"),
+    ("calibrate new x.yaml --preset nano", "did you mean nano17?"),
     ("sweep explor", "did you mean explore?"),
-    ("friction --mu 0.8", "Did you mean --friction?"),
-    ("grasp --mu=0.8", "Did you mean --friction?"),
+    ("friction --mu 0.8", "did you mean --friction?"),
+    ("grasp --mu=0.8", "did you mean --friction?"),
     ("explore --robot emulated-hand", "it has 2 fingers, this takes one; for a hand there is palpate grasp"),
     ("view explore --host 192.0.2.1", "host = '192.0.2.1': "),
     ("view explore --host a..b --json", "host = 'a..b': "),
     ("explore --object cube", "sphere"),
-    ("explore --sped 1", "--speed"),
+    ("explore --sped 1", "palpate: --sped 1: no such option; did you mean --speed?"),
     ("log exprot", "export"),
-    ("robot check", "ROBOT"),
+    (
+        "robot check",
+        "palpate: ROBOT is missing: A robot file, or a robot that comes with palpate. Example: palpate",
+    ),
+    ("robot show a b", "palpate: b: unexpected; `palpate robot show --help` explains the options"),
+    ("explore --speed", "palpate: --speed: a value is missing; give --speed FLOAT"),
+    ("explore --speed 2N", "palpate: speed = 2N: must be a number; units are not typed, this option is in m/s"),
+    (
+        "explore --force 2N",
+        "palpate: force = 2N: must be a number; units are not typed, this option is in N: give 2",
+    ),
+    ("explore --speed=20mm/s", "this option is in m/s: give 0.02"),
+    (
+        "explore --size 0.05 40mm 30",
+        "palpate: size = 40mm: must be a number; units are not typed, this option is in m: give",
+    ),
+    (
+        "explore --seed 2s",
+        "palpate: seed = 2s: must be a whole number; units are not typed, and this option has none",
+    ),
+    (
+        "grasp --margin 10%",
+        "palpate: margin = 10%: must be a number; units are not typed, and this option has none: give 0.1",
+    ),
+    ("explore --speed fast", "palpate: speed = fast: must be a number"),
+    (
+        "emulate ur --plane 10cm",
+        "palpate: plane = 10cm: must be a number; units are not typed, this option is in m: give 0.1",
+    ),
+    ("emulate fault 1 ur e_stop 2x", "palpate: value = 2x: must be a number"),
+    ("emulate ur --fault e_stop", "palpate: fault = e_stop: must be [NAME VALUE ...]"),
+    ("--hlp", "palpate: --hlp: no such command; did you mean palpate --help?"),
     ("robot check .", "is a folder"),
     ("explore --config none.yaml", "config = none.yaml"),
     ("explore --robot stge", "robot = 'stge'"),
@@ -449,10 +480,10 @@ TYPED = [
         "calibrate matrix --loads a.csv --sensor s.yaml --raw-range 10 -10",
         "raw_range = 10 -10: give the lower one first",
     ),
-    ("explore --speed 20", "Error parsing palpate explore: "),
-    ("regulate --force=-1", "Error parsing palpate regulate: "),
-    ("view run.mcap --port=-1", "Error parsing palpate view: "),
-    ("robot show stage --sensor=-1", "Error parsing palpate robot show: "),
+    ("explore --speed 20", "palpate: speed = 20 m/s: "),
+    ("regulate --force=-1", "palpate: force = -1"),
+    ("view run.mcap --port=-1", "palpate: port = -1: must be from 0 to 65535"),
+    ("robot show stage --sensor=-1", "palpate: sensor = -1: "),
     ("robot show stage --sensor 0", "no sensor file"),
     ("robot show stage --sensor 1", "last finger is 0"),
     ("view", "Example: palpate view explore --set "),
@@ -480,4 +511,5 @@ def test_a_mistake_on_the_command_line_is_answered_in_one_line(typed, message, c
     for words in (message,) if isinstance(message, str) else message:
         assert words in said
     assert not re.search("Traceback|Options:|Config\\b", said)
+    assert said.startswith("palpate: "), "one form for all errors"
     assert not list(tmp_path.iterdir()), "nothing is written"

@@ -20,6 +20,7 @@ from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.kit.options import spec_of
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.kit.recording import log_writer
+from palpate.reporting.page import WrittenReport
 from palpate.robots.robot import robot_path
 from palpate.runtime import Command, Ending, Phase, result_until
 from palpate.runtime.log import LogWriter, read_log
@@ -71,8 +72,9 @@ def small(two_seconds, tmp_path):
 def undrawn(monkeypatch):
     """Reports are begun but not drawn, which takes a second each."""
 
-    def write(report, path):
+    def write(report, path, figures):
         path.write_text(report.outcome)
+        return WrittenReport((path,), ())
 
     monkeypatch.setattr("palpate.commands.replay.command.write_report", write)
 
@@ -267,7 +269,7 @@ def test_another_force_differs_from_the_touch_on_at_the_latest_and_is_drawn(smal
         assert words in said
     report = tmp_path / "mine-replay.html"
     assert f"Written: {report}" in " ".join(said.split())
-    assert "data-picture" in report.read_text()
+    assert "data-figure" in report.read_text()
     found = replay_log(small, {"force": 3.0, "speed": 0.02})
     recorded, replayed = found.records()
     touched = recorded.time[np.argmax(recorded.touching)]

@@ -20,7 +20,7 @@ from palpate.commands.sweep import SweepConfig, figure, run, sweep
 from palpate.commands.sweep.attempt import attempt
 from palpate.commands.sweep.store import RunStatus, read_record
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore import exploration
+from palpate.experiments.explore import exploration, map_growth
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.recorded_run import carry_out
@@ -67,7 +67,12 @@ def kept(folder):
 def undrawn(monkeypatch):
     """Pictures take longer than these runs: where nobody looks at them, they are left out."""
     monkeypatch.setattr(figure, "write_summary", lambda result, path: path.touch())
-    monkeypatch.setattr(page, "write_report", lambda report, path: path.touch())
+
+    def write(report, path, figures):
+        path.touch()
+        return page.WrittenReport((path,), ())
+
+    monkeypatch.setattr(page, "write_report", write)
 
 
 # --- what it leaves
@@ -131,15 +136,15 @@ def test_a_run_that_fails_is_a_row_that_says_why_and_disturbs_no_other(
     whole, out = tmp_path / "whole", tmp_path / "out"
     main([*TYPED, "--out", str(whole)])
     tap = type(experiment_named(TINY))
-    found = tap.found
+    evaluate = tap.evaluate
 
     def failing(self, plan, recorded):
         config = plan.config
         if (config.force, config.speed, config.seed) == (2.0, 0.01, 1):
             raise ZeroDivisionError("on [purpose]")
-        return found(self, plan, recorded)
+        return evaluate(self, plan, recorded)
 
-    monkeypatch.setattr(tap, "found", failing)
+    monkeypatch.setattr(tap, "evaluate", failing)
     assert main([*TYPED, "--out", str(out)]) == 1
     said = capsys.readouterr().out
     for word in ("7 of 8 runs got to their end", "run 5:", "on [purpose]", "--repeat-failed"):
@@ -153,7 +158,7 @@ def test_a_run_that_fails_is_a_row_that_says_why_and_disturbs_no_other(
     assert record.status is RunStatus.FAILED
     assert "in failing" in record.traceback
     # going on leaves it as it is, unless it is to be done again
-    monkeypatch.setattr(tap, "found", found)
+    monkeypatch.setattr(tap, "evaluate", evaluate)
     here.done.clear()
     assert main([*TYPED, "--out", str(out)]) == 1
     assert here.done == []
@@ -342,7 +347,8 @@ def test_a_run_of_a_sweep_does_without_what_no_table_shows(monkeypatch):
     def unasked(*given, **options):
         raise AssertionError("no metric of merit needs it")
 
-    for name in ("map_growth", "fit_primitive", "HeightMap"):
+    monkeypatch.setattr(map_growth, "map_growth", unasked)
+    for name in ("fit_primitive", "HeightMap"):
         monkeypatch.setattr(exploration, name, unasked)
     (run,) = planned(fixed=SMALL, experiment="explore").runs
     found = attempt(run.case)

@@ -14,14 +14,14 @@ import pytest
 from rich.console import Console
 
 from palpate.cli import main
-from palpate.commands import progress, run
+from palpate.commands import run
 from palpate.commands.command_result import ExitCode
-from palpate.commands.progress import doing, run_progress, step_progress
-from palpate.commands.run import STOPPED, earlier_run, kept_if_interrupted, run_shown
+from palpate.commands.run import STOPPING_TEXT, earlier_run, kept_if_interrupted, run_shown
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.recorded_run import RecordedRun
-from palpate.runtime import Ending, RestState
+from palpate.runtime import Ending, RestState, progress
 from palpate.runtime.log import log_in, read_log
+from palpate.runtime.progress import doing, run_progress, step_progress
 from palpate.runtime.rest import CLAUSES, LOOK, rest_in
 from palpate.sim import MujocoBackend
 from support.friction_runs import planned
@@ -79,7 +79,7 @@ def run_over():
     run = RecordedRun(planned(**SHORT))
     result, interrupted = run_shown(console, 5.0, lambda observer: run.run((observer, stop)))
     assert interrupted
-    assert STOPPED in lines(console)
+    assert STOPPING_TEXT in lines(console)
     return result
 
 
@@ -114,10 +114,15 @@ def test_a_command_whose_report_is_interrupted_names_its_log(arguments, monkeypa
 def test_a_control_beside_that_is_interrupted_leaves_the_report_of_the_first(
     run_over, monkeypatch, tmp_path, capsys
 ):
-    def interrupted(console, expected_duration):
-        raise KeyboardInterrupt(run_over)
+    runs = []
 
-    monkeypatch.setattr("palpate.commands.run.run_progress", interrupted)  # of the second run alone
+    def interrupted(console, expected_duration):
+        runs.append(expected_duration)
+        if len(runs) > 1:
+            raise KeyboardInterrupt(run_over)
+        return run_progress(console, expected_duration)
+
+    monkeypatch.setattr("palpate.commands.run.run_progress", interrupted)
     assert main(["grasp", *JUST_HELD, "--against-ignoring-spin", "--out", str(tmp_path)]) == ExitCode.INTERRUPTED
     assert "the report is of the first run alone" in " ".join(capsys.readouterr().out.split())
     assert "neither slipped nor spun" in " ".join((tmp_path / "report.html").read_text().split())

@@ -14,9 +14,8 @@ from PIL import Image, ImageSequence
 from palpate.cli import main
 from palpate.commands.command_result import ExitCode
 from palpate.commands.view import command as view_command
-from palpate.commands.view.command import _asked, run_view
+from palpate.commands.view.command import _run_config, run_view, watched_backend
 from palpate.commands.view.config import ViewConfig
-from palpate.commands.view.plan import watched_backend
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
@@ -119,7 +118,7 @@ def test_pictures_of_a_log(folder, tmp_path, capsys):
     with Image.open(video) as frames:
         # 2.4 s at four times real time, 20 pictures a second
         assert 8 <= len(list(ImageSequence.Iterator(frames))) <= 20
-    assert "pictures" in capsys.readouterr().out
+    assert "images" in capsys.readouterr().out
 
 
 def test_without_a_renderer_the_remedy_is_told(folder, tmp_path, monkeypatch, capsys):
@@ -143,7 +142,7 @@ def test_the_pace_is_what_was_asked_for_but_of_devices():
 
 
 def asked(*words, **more):
-    return _asked(experiment_named("explore"), ViewConfig("explore", set=words, **more))
+    return _run_config(experiment_named("explore"), ViewConfig("explore", set=words, **more))
 
 
 def test_values_go_before_the_file(tmp_path):

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.commands.view.plan import shown_scene
+from palpate.commands.view.scene import shown_scene
 from palpate.experiments.kit.registry import experiment_named
 from palpate.kinematics.pose import Pose, rotation_from_rotvec
 from palpate.kinematics.posture import Posture

@@ -12,10 +12,9 @@ import pytest
 from PIL import Image
 
 from palpate.commands.view import command as view_command
-from palpate.commands.view.command import run_view
+from palpate.commands.view.command import run_view, watched_backend
 from palpate.commands.view.config import ViewConfig
-from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
-from palpate.commands.view.plan import watched_backend
+from palpate.commands.view.scene import free_poses_in, free_poses_of
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
 from palpate.experiments.kit.recording import log_writer
@@ -96,7 +95,7 @@ def test_what_the_log_does_not_know_is_said_and_stands_still(spun, monkeypatch, 
     monkeypatch.setattr(view_command, "free_poses_in", lambda log: None)
     monkeypatch.setattr(view_command, "Player", Shown)
     assert run_view(ViewConfig(str(spun[0]))).exit_code == 0
-    assert "no log has where the object was" in " ".join(capsys.readouterr().out.split())
+    assert "the log does not record the object's pose" in " ".join(capsys.readouterr().out.split())
     assert Shown.given[1].layout.free == 0
 
 

@@ -27,7 +27,7 @@ from palpate.experiments.kit import ExperimentDefaults
 from palpate.experiments.kit.checks import check_compression
 from palpate.experiments.kit.options import spec_of
 from palpate.experiments.kit.registry import CONFIG_FIELDS, check_experiment, experiment_named, experiment_names
-from palpate.experiments.kit.run_report import ANYWHERE, ON_DEVICES, advice_on_ending
+from palpate.experiments.kit.run_report import ADVICE, DEVICE_ADVICE, advice_on_ending
 from palpate.experiments.kit.script import perform, plan_for
 from palpate.robots.robot import load_robot
 from palpate.runtime import Cause, DeviceWatchdog, Ending, RobotRest, RunResult, Trip
@@ -176,7 +176,9 @@ def test_a_simulation_has_no_devices_to_recover():
 def test_every_command_that_a_message_names_exists():
     root = Path(palpate.__file__).parent  # its links are not followed by themselves
     sources = [path.read_text() for folder in (root, *root.iterdir()) for path in folder.rglob("*.py")]
-    named = {name for text in (*sources, *ANYWHERE.values(), *ON_DEVICES.values()) for name in TYPED.findall(text)}
+    named = {
+        name for text in (*sources, *ADVICE.values(), *DEVICE_ADVICE.values()) for name in TYPED.findall(text)
+    }
     assert "recover" in named
     assert named - {"experiment", *typed_commands()} == set()
 

@@ -15,7 +15,7 @@ from palpate.experiments.friction.measured import frictions, speeds
 from palpate.experiments.friction.stroke_curves import stroke_curves
 from palpate.experiments.friction.words import no_spin_length, outcome
 from palpate.friction.friction_file import How, friction_file_text, read_friction_file
-from palpate.reporting.interval_words import interval_words, value_words
+from palpate.reporting.data import interval_words, value_words
 from palpate.runtime import Ending
 from support.friction_runs import FRICTION, check_measured, rubbed, texts_of
 

@@ -23,8 +23,8 @@ from palpate.experiments.regulate.motion import motion_text, read_motion
 from palpate.experiments.regulate.quantities import margins
 from palpate.experiments.regulate.report import regulation_report, series_of
 from palpate.experiments.regulate.words import WORDS, limits, outcome
-from palpate.reporting.force_figure import force_overview
 from palpate.reporting.page import report_page
+from palpate.reporting.run_figures import force_overview
 from palpate.runtime import Command, Ending, Phase
 from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget
 from support.refusals import check_refusals

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.commands.view.free_bodies import free_poses_in
+from palpate.commands.view.scene import free_poses_in
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.plan import plan

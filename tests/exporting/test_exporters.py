@@ -8,8 +8,8 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from palpate.commands.log.command import run_log_export
 from palpate.commands.log.config import LogExportConfig
+from palpate.commands.log.export import run_log_export
 from palpate.commands.sweep.store import RunRecord, RunStatus, record_text
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import config_text

@@ -80,7 +80,7 @@ def _runs(typed, folder):
 
 
 def _replay(typed, folder):
-    return replay_report(replay_log(_tapped()[0].log, {"force": 3.0}), typed)
+    return replay_report(replay_log(_tapped()[0].logged.log, {"force": 3.0}), typed)
 
 
 def _mesh(typed, folder):
@@ -109,7 +109,7 @@ def _sweep(typed, folder):
         RunRecord(
             run=run.number, digest=run.case.digest, seed=run.number % 2, duration=0.5, host=typed, message=typed,
             status=RunStatus.FAILED if run.number == 3 else RunStatus.DONE, versions={"numpy": typed},
-            metrics={each.column: 1e-3 * (1 + run.number) for each in metrics},
+            metrics={each.key: 1e-3 * (1 + run.number) for each in metrics},
         )
         for run in plan.runs
     )  # fmt: skip

@@ -12,8 +12,14 @@ from palpate.experiments.friction.measured import Interval
 from palpate.experiments.friction.slip_points import SurfacePoints
 from palpate.experiments.friction.stroke_curves import StrokeCurve
 from palpate.grasp.problem.contacts import GraspContacts
-from palpate.reporting.grasp_force_figure import grasp_force_figure, limit_shares
-from palpate.reporting.limit_surface_panel import RIM, limit_surface_panel, load_ratios, load_sizes
+from palpate.reporting.grasp_figures import (
+    MAX_RATIO,
+    grasp_force_figure,
+    limit_shares,
+    limit_surface_panel,
+    load_ratios,
+    load_sizes,
+)
 from palpate.reporting.marks import Bars, Density, Moving, Points, Polygon, Rule, Span
 from palpate.reporting.solids import Arrows, Surface
 from support.drawn import marks, panels
@@ -120,7 +126,7 @@ def test_the_ring_passes_through_all_moments_and_far_loads_stay_at_the_rim():
     assert ring.x[:-1] == pytest.approx(spin)
     assert ring.y[:-1] == pytest.approx(force)
     assert (worst.x[0], worst.y[0]) == (ring.x[-1], ring.y[-1])
-    assert np.hypot(np.abs(ring.x[-1]) ** 0.7, ring.y[-1] ** 0.7) == pytest.approx(RIM**0.7, rel=0.01)
+    assert np.hypot(np.abs(ring.x[-1]) ** 0.7, ring.y[-1] ** 0.7) == pytest.approx(MAX_RATIO**0.7, rel=0.01)
 
 
 PAIR = GraspContacts(

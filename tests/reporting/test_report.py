@@ -10,13 +10,20 @@ from rich.console import Console
 
 import palpate.reporting.page as page_module
 from palpate.errors import InvalidValueError
-from palpate.reporting.computing import computing
 from palpate.reporting.data import Quantity, TimeSeries
-from palpate.reporting.force_figure import force_overview
-from palpate.reporting.notebook import report_fragment
 from palpate.reporting.page import report_page, write_report
-from palpate.reporting.report import NOTHING, Figures, Paragraph, QuantityTable, Report, Section, TextTable
-from palpate.reporting.terminal import quantities
+from palpate.reporting.report import (
+    NOTHING,
+    Figures,
+    Paragraph,
+    QuantityTable,
+    Report,
+    Section,
+    TextTable,
+    quantity_table,
+    report_fragment,
+)
+from palpate.reporting.run_figures import computing, force_overview
 from palpate.runtime import RunTiming
 from palpate.runtime.data import Phase
 from palpate.runtime.times import Times
@@ -93,10 +100,10 @@ def test_the_figures_of_sections_count_as_the_reports():
 def test_the_file_is_the_report_and_a_failed_write_leaves_the_former(tmp_path, monkeypatch):
     path = tmp_path / "report.html"
     assert report_page(PLAIN) == report_page(PLAIN), "the same report gives the same bytes"
-    monkeypatch.setattr(page_module, "report_page", lambda _: "<p>\N{GREEK SMALL LETTER MU}</p>")
+    monkeypatch.setattr(page_module, "_page", lambda *_: "<p>\N{GREEK SMALL LETTER MU}</p>")
     write_report(PLAIN, path)
     assert path.read_bytes() == b"<p>\xce\xbc</p>"
-    monkeypatch.setattr(page_module, "report_page", lambda _: "no UTF-8: \udc80")
+    monkeypatch.setattr(page_module, "_page", lambda *_: "no UTF-8: \udc80")
     with pytest.raises(UnicodeEncodeError):
         write_report(PLAIN, path)
     assert path.read_bytes() == b"<p>\xce\xbc</p>"
@@ -116,7 +123,7 @@ def test_key_figures_show_four_digits_or_as_many_as_asked_for(value, digits, tex
 
 def test_terminal_table_shows_text_as_it_is():
     console = Console(width=100, record=True, file=io.StringIO())
-    console.print(quantities("[b]t", "Done.", [Quantity("[bold]RMS[/bold]", 0.5, "N", "[red]x")]))
+    console.print(quantity_table([Quantity("[bold]RMS[/bold]", 0.5, "N", "[red]x")], "[b]t", "Done."))
     text = console.export_text()
     for said in ("[bold]RMS[/bold]", "0.5", "[red]x", "[b]t", "Done."):
         assert said in text

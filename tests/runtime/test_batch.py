@@ -146,8 +146,15 @@ def test_work_and_cases_that_cannot_travel_are_refused_by_the_name_of_their_part
         run_batch(work, cases, 2, quiet)
 
 
+class Screen(io.StringIO):
+    """A terminal."""
+
+    def isatty(self):
+        return True
+
+
 def shown(elapsed, terminal=True):
-    screen = io.StringIO()
+    screen = Screen() if terminal else io.StringIO()
     console = Console(file=screen, force_terminal=terminal, width=100)
     with batch_bar(console) as show:
         for done, time in enumerate(np.linspace(0.0, elapsed, 5)):

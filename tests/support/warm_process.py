@@ -84,7 +84,7 @@ def _warm() -> None:
     """Import once what most commands import: experiments with their simulators, and the runner of commands."""
     for name in experiment_names():
         experiment_named(name)
-    for module in ("run", "replay.command", "sweep.command", "compare.command"):
+    for module in ("run", "replay.command", "sweep.command", "compare.maps"):
         importlib.import_module(f"palpate.commands.{module}")
 
 

@@ -5,7 +5,8 @@ from typing import Any
 
 import pytest
 
-from palpate.commands.view.plan import plans_of_log, watched_backend
+from palpate.commands.view.command import watched_backend
+from palpate.commands.view.scene import plans_of_log
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.kit.from_log import LoggedRun

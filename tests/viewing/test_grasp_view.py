@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from palpate.commands.view.free_bodies import free_poses_in, free_poses_of
-from palpate.commands.view.pictures import write_still, write_video
+from palpate.commands.view.scene import free_poses_in, free_poses_of, write_still, write_video
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.scene import scene_view
 from palpate.kinematics import Pose

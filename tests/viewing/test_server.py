@@ -18,7 +18,7 @@ from rich.console import Console
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from palpate.commands.view.command import _print_where
+from palpate.commands.view.command import _print_address
 from palpate.commands.view.config import ViewConfig
 from palpate.errors import InvalidValueError
 from palpate.viewing import ANY_PORT, LOOPBACK, LiveView, ViewScene, ViewUnavailableError, guard
@@ -85,10 +85,10 @@ def page_status(server, path="/", headers=(), address=LOOPBACK):
 def test_other_machines_reach_it_only_on_request_and_the_command_warns_of_it(host, reached):
     assert ViewConfig("runs/explore").host == LOOPBACK, "--host changes it"
     console = Console(file=io.StringIO(), width=200, record=True)
-    _print_where(console, "http://localhost:1", host, None)
+    _print_address(console, "http://localhost:1", host, None)
     shown = console.export_text()
     assert "http://localhost:1" in shown
-    assert ("Everybody who reaches" in shown) is reached
+    assert ("Everyone who reaches" in shown) is reached
     if host in (LOOPBACK, "0.0.0.0"):
         with served(host=host) as server:
             assert page_status(server)[0]

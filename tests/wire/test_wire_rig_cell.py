@@ -13,8 +13,8 @@ import psutil
 import pytest
 
 from palpate.cli import main
-from palpate.commands.doctor.command import run_doctor
-from palpate.commands.doctor.config import DoctorConfig
+from palpate.commands.devices.config import DoctorConfig
+from palpate.commands.devices.doctor import run_doctor
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.kit.recording import write_result
@@ -137,8 +137,8 @@ def test_an_exploration_runs_on_it_as_on_a_simulated_robot(cell, tmp_path):
     assert not found.truth.known
     report = Explore().report(found)
     metrics = {metric.name: metric.text for metric in report.all_metrics}
-    assert metrics["true normal force"] == metrics["points to true surface"] == NOT_KNOWN
-    assert write_result(Explore(), found, report, tmp_path / "out")[0].stat().st_size > 10_000
+    assert metrics["true normal force, RMS error"] == metrics["points to true surface, RMS"] == NOT_KNOWN
+    assert write_result(Explore(), found, report, tmp_path / "out").files[0].stat().st_size > 10_000
     assert planned_again(planned).parameters == planned.parameters
 
 
@@ -182,7 +182,7 @@ def test_the_doctor_names_what_is_not_there_and_looks_at_the_rest(cell, capsys, 
     emulator, path = cell
     address = emulator.addresses[box_of(emulator)]
     emulator.control.fault(box_of(emulator), "silent")
-    assert run_doctor(DoctorConfig(path, seconds=0.3)).exit_code == 1
+    assert run_doctor(DoctorConfig(path, duration=0.3)).exit_code == 1
     message = " ".join(capsys.readouterr().out.split())
     assert "Fix: F/T sensor" in message
     assert "PolyScope" in message
@@ -231,7 +231,7 @@ def test_no_fault_opens_a_hand(hand_cell):
 @pytest.mark.slow
 def test_the_doctor_looks_at_servos(hand_cell, capsys):
     _, path = hand_cell
-    main(["doctor", str(path), "--seconds", "0.3", "--json"])
+    main(["doctor", str(path), "--duration", "0.3", "--json"])
     findings_read = json.loads(capsys.readouterr().out)
     servos = [one for one in findings_read["findings"] if "servo" in one["device"]]
     assert {one["what"] for one in servos} == {"model", "firmware", "temperature", "supply", "hardware error"}

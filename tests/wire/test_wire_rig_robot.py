@@ -4,10 +4,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from palpate.commands.doctor.command import run_doctor
-from palpate.commands.doctor.config import DoctorConfig
-from palpate.commands.robot.config import RobotCheckConfig
-from palpate.commands.robot.tool import run_check
+from palpate.commands.devices.config import DoctorConfig, RobotCheckConfig
+from palpate.commands.devices.doctor import run_doctor
+from palpate.commands.devices.robot_file import run_check
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.kit.recorded_periods import ContactTruth
@@ -181,8 +180,8 @@ def rig_path(folder):
 def test_the_doctor_wants_devices():
     with pytest.raises(InvalidValueError, match="no devices to connect to"):
         run_doctor(DoctorConfig("stage"))
-    with pytest.raises(InvalidValueError, match="seconds"):
-        DoctorConfig("ur5e-netft", seconds=0.01)
+    with pytest.raises(InvalidValueError, match=r"duration = 0\.01 s: must be from 0\.2"):
+        DoctorConfig("ur5e-netft", duration=0.01)
 
 
 def test_units_of_a_rig_are_shown_with_their_values(capsys, tmp_path):

@@ -14,8 +14,7 @@ import pytest
 from palpate.cli import main
 from palpate.commands.calibrate.live import robot_backend, take_readings
 from palpate.commands.replay.run import replay_log
-from palpate.commands.view.free_bodies import free_poses_in
-from palpate.commands.view.plan import shown_scene
+from palpate.commands.view.scene import free_poses_in, shown_scene
 from palpate.experiments.grasp.experiment import GraspObject
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.recorded_run import RecordedRun
@@ -136,12 +135,12 @@ def test_a_hand_whose_truth_nobody_knows_has_the_same_report_without_it(tmp_path
     metrics = {metric.name: metric.value for metric in report.all_metrics}
     assert metrics["dropped"] == "no"
     assert math.isfinite(metrics["largest grip"])
-    assert not {"slip", "spin", "grip over the least", "tightest"} & set(metrics)
+    assert not [name for name in metrics if any(word in name for word in ("slip", "spin", "least"))]
     account = [getattr(part, "text") for part in report.sections[0].parts]  # noqa: B009
     message = " ".join((report.outcome, *account, *(" ".join(row) for row in report.settings)))
     assert "simulat" not in message
-    assert "The object was held, as fingers feel it." in message
-    files = write_result(GRASP, grasp, report, tmp_path / "out")
+    assert "The object was held, as the fingers feel it." in message
+    files = write_result(GRASP, grasp, report, tmp_path / "out").files
     assert "slip" not in files[1].read_text().splitlines()[0]
     assert "simulation" not in files[0].read_text()
 

@@ -9,7 +9,7 @@ import math
 import pytest
 
 from palpate.cli import main
-from palpate.commands.recover.command import recovered
+from palpate.commands.devices.recover import recover_devices
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.robots.rig import assembled, parts_of
 from palpate.robots.robot import load_robot
@@ -78,7 +78,7 @@ def test_a_protective_stop_is_unlocked_if_somebody_agrees_and_only_then(cell, ca
         asked.append(action)
         return False
 
-    result = recovered(parts_of(load_robot(path)), declined)
+    result = recover_devices(parts_of(load_robot(path)), declined)
     assert result.exit_code == 1
     assert len(asked) == 1
     assert "unlock its protective stop" in asked[0]

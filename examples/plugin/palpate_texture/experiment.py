@@ -134,9 +134,9 @@ class Texture(ExperimentDefaults):
 
     def report(self, result: TextureResult):
         """See `Experiment`."""
-        from palpate.reporting.computing import computing
         from palpate.reporting.data import Quantity
         from palpate.reporting.report import Figures, Report, Section
+        from palpate.reporting.run_figures import computing
 
         rows = [
             Quantity(

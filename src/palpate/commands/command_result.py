@@ -29,14 +29,14 @@ class CommandResult:
     """The result of a command.
 
     Attributes:
-        exit_code: How it ended.
-        outcome: The same in a sentence, or "".
+        exit_code: Exit code of the command.
+        outcome: Outcome in a sentence, or "".
         metrics: Numbers by name, whose suffix is the SI unit; text, or None, where there is no number.
         notes: Remarks on metrics of the report, by the metric's name.
         facts: Other values that JSON can represent, by name.
-        files: Files that were written; with `--dry-run`, that would be written.
+        files: Written files; with `--dry-run`, the files that a run would write.
         warnings: One sentence each.
-        error: Why there is no result; "" if there is one.
+        error: Reason why there is no result; "" if there is one.
     """
 
     exit_code: int = ExitCode.DONE

@@ -11,32 +11,30 @@ from rich.console import Console
 
 from palpate.bounded_file import open_regular
 from palpate.commands.command_result import CommandResult, ExitCode, shown_quantities
-from palpate.commands.progress import doing, run_progress
-from palpate.commands.say import say
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, experiment_in
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.metric import metric_notes, metrics_of
 from palpate.experiments.kit.output_folder import check_folder, make_folder
 from palpate.experiments.kit.recorded_run import Recorded, RecordedRun
-from palpate.experiments.kit.recording import REPORT, log_writer, tell_log, write_result, written
+from palpate.experiments.kit.recording import REPORT_FILE, log_writer, tell_log, write_result, written
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
 from palpate.extras import MissingLibraryError
 from palpate.interruption import finishing, requested
 from palpate.open_kinds import name_of_kind
-from palpate.reporting.data import Quantity
-from palpate.reporting.figure_kind import FigureKind
-from palpate.reporting.terminal import quantities
+from palpate.reporting.data import FigureKind, Quantity
+from palpate.reporting.report import quantity_table
 from palpate.robots.robot import Robot
 from palpate.robots.robot_kind import RobotKind
 from palpate.runtime import Observer, RunResult, result_until, speaks_for_itself
 from palpate.runtime.log import log_in
 from palpate.runtime.log.mcap_walk import DamageError, McapWalk, attachment_of
 from palpate.runtime.log.standard.cloud import Cloud
+from palpate.runtime.progress import doing, run_progress, say
 
-SWEEP = "sweep.json"
+SWEEP_FILE = "sweep.json"
 """File that marks the folder of a sweep."""
 
 
@@ -46,13 +44,13 @@ def earlier_run(folder: Path, command: str, names: Sequence[str]) -> tuple[str, 
     Args:
         folder: Output folder; need not exist.
         command: Command of the new run, as typed after `palpate`.
-        names: Files that the new run writes besides report and log.
+        names: Names of the files that the new run writes besides report and log.
 
     Returns:
         One sentence, or none if nothing is overwritten.
 
     Raises:
-        InvalidValueError: The folder holds a run of another command, of which a part would remain.
+        InvalidValueError: If the folder holds a run of another command, of which a part would remain.
     """
     before, log = _command_in(folder)
     if before is not None and before != command:
@@ -60,7 +58,7 @@ def earlier_run(folder: Path, command: str, names: Sequence[str]) -> tuple[str, 
             f"out = {folder}: holds a run of `palpate {before}`, which would be partly overwritten; choose "
             "another folder (--out)"
         )
-    there = [folder / name for name in (REPORT, *names) if (folder / name).is_file()]
+    there = [folder / name for name in (REPORT_FILE, *names) if (folder / name).is_file()]
     if not there:
         return ()
     more = len(there) - 1
@@ -82,7 +80,7 @@ def _command_in(folder: Path) -> tuple[str | None, bool]:
     """Return which command wrote to a folder, None if unknown, and whether its log is there."""
     if not folder.is_dir():
         return None, False
-    if (folder / SWEEP).is_file():
+    if (folder / SWEEP_FILE).is_file():
         return "sweep", False
     try:
         return _experiment_of(log_in(folder)), True
@@ -103,15 +101,16 @@ def _experiment_of(path: Path) -> str | None:
     return None
 
 
-LOG = "<date>_<time>.mcap"
+LOG_FILE = "<date>_<time>.mcap"
 """Name of the log; `latest.mcap` is a link to it."""
 
 
 def dry_run_experiment(experiment: Experiment, config: Any) -> CommandResult:
-    """Plan a run and print what it would do.
+    """Plan a run and print its preview.
 
     Raises:
-        InvalidValueError: It cannot be realised, the folder could not be written, or holds another command's run.
+        InvalidValueError: If the run cannot be realised, or if the folder cannot be written or holds the run of
+            another command.
     """
     plan = plan_for(experiment, config)
     if plan.robot is None:
@@ -121,13 +120,13 @@ def dry_run_experiment(experiment: Experiment, config: Any) -> CommandResult:
     check_folder(config.out)
     warnings = (*would.notes, *earlier_run(config.out, experiment.name, would.files))
     robot = "the simulation alone" if plan.robot is None else _robot_text(config.robot, plan.robot)
-    files = tuple(config.out / name for name in (REPORT, *would.files, LOG))
+    files = tuple(config.out / name for name in (REPORT_FILE, *would.files, LOG_FILE))
     outcome = "Everything is in order: nothing was moved, nothing was written."
     if plan.preparation:
         warnings = (f"Before that: {plan.preparation}.", *warnings)
     console = Console()
     metrics = (Quantity("robot", "", "", robot), *would.metrics)
-    console.print(quantities(f"{would.task} (dry run)", outcome, metrics))
+    console.print(quantity_table(metrics, f"{would.task} (dry run)", outcome))
     for warning in warnings:
         say(console, f"Note: {warning}")
     say(console, f"Would be written: {', '.join(map(str, files))}")
@@ -137,7 +136,7 @@ def dry_run_experiment(experiment: Experiment, config: Any) -> CommandResult:
 
 
 def _robot_text(name: str, robot: Robot) -> str:
-    """Return the robot in words, and that no device was connected to."""
+    """Return the robot as text, with a remark that no device was connected."""
     backend = robot.file.backend
     real = "; its devices were not connected to" if backend.REAL else ""
     return f"{name} ({name_of_kind(backend)}){real}{_lacking(backend)}"
@@ -151,7 +150,7 @@ def _lacking(backend: RobotKind) -> str:
     return ""
 
 
-STOPPED = "Stopping: writing log and report (Ctrl-C again: stop without them)"
+STOPPING_TEXT = "Stopping: writing log and report (Ctrl-C again: stop without them)"
 """Printed immediately after Ctrl-C."""
 
 
@@ -162,14 +161,14 @@ def run_shown(
 
     Args:
         console: Output.
-        expected_duration: Of the run [s].
-        run: Moves the robot, with the observer that it is given.
+        expected_duration: Expected duration of the run [s].
+        run: Function that carries out the run with an observer.
 
     Returns:
         The result of the run, and whether it was interrupted.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C before the run had begun, or a second one.
+        KeyboardInterrupt: On Ctrl-C before the run begins, and on a second one.
     """
     if requested() is not None:  # and an extension module has swallowed it: nothing moves
         raise KeyboardInterrupt
@@ -180,7 +179,7 @@ def run_shown(
             until = result_until(interruption)
             if until is None:
                 raise
-            say(console, STOPPED)
+            say(console, STOPPING_TEXT)
             return until, True
 
 
@@ -229,33 +228,32 @@ def print_outcome(console: Console, result: RunResult, files: tuple[Path, ...]) 
     say(console, "Written: " + ", ".join(map(str, files)))
 
 
-SECOND_STOPPED = (
+SECOND_STOPPING_TEXT = (
     "Stopping: the report is of the first run alone, and is being written (Ctrl-C again: stop without it)"
 )
 """Printed immediately after Ctrl-C in the second run."""
 
-UNUSABLE = (InvalidValueError, MemoryError, ImportError)
-"""After a run: its measurements cannot be evaluated, although the arguments were right; or no memory is left, not
-even to load what draws. Its log is there."""
+UNUSABLE_ERRORS = (InvalidValueError, MemoryError, ImportError)
+"""Exceptions after a run whose measurements cannot be evaluated, or when memory runs out; the log is kept."""
 
 
 def run_experiment(experiment: Experiment, config: Any, figures: FigureKind | None = None) -> CommandResult:
     """Prepare, run, record, write the files and print the summary, also after a Ctrl-C.
 
     Args:
-        experiment: What to do.
-        config: How; an instance of its `Config`.
-        figures: As which files each figure is written, too; None: as none.
+        experiment: Experiment to carry out.
+        config: Configuration, an instance of its `Config`.
+        figures: Kind of files in which the figures are written, too; None for none.
 
     Returns:
         The result; done if the run finished and reached its goal.
 
     Raises:
-        InvalidValueError: The configuration cannot be realised, preparing has found nothing, or the folder cannot
-            be written; nothing is left behind.
-        MissingLibraryError: This computer lacks the robot's client library.
-        KeyboardInterrupt: Before the run had begun: there is nothing to write yet; or while the report was made.
-        OSError: A file cannot be written.
+        InvalidValueError: If the configuration cannot be realised, the preparation fails, or the folder cannot be
+            written; nothing is left behind.
+        MissingLibraryError: If this computer lacks the robot's client library.
+        KeyboardInterrupt: On Ctrl-C before the run begins, or while the report is made.
+        OSError: If a file cannot be written.
     """
     console = Console()
     with doing(console, "planning"):
@@ -281,14 +279,17 @@ def run_experiment(experiment: Experiment, config: Any, figures: FigureKind | No
                 found = experiment.evaluate(plan, run.recorded(result, companion, lambda step: say(console, step)))
             report = run_report(experiment, plan, found)
             with doing(console, "drawing the report"):
-                files = write_result(experiment, found, report, config.out, figures)
+                drawn = write_result(experiment, found, report, config.out, figures)
             tell(console, plan, result, experiment.cloud(found))
-        except UNUSABLE as error:
+        except UNUSABLE_ERRORS as error:
             tell(console, plan, result)
             return replace(_unusable_result(console, result, error, interrupted=interrupted), warnings=notes)
-    console.print(quantities(report.title, report.outcome, report.all_metrics))
-    print_outcome(console, result, files)
-    code = ExitCode.DONE if result.done and report.reached else ExitCode.UNFINISHED
+    console.print(quantity_table(report.all_metrics, report.title, report.outcome))
+    failures = tuple(map(str, drawn.failures))
+    for failure in failures:
+        say(console, failure)
+    print_outcome(console, result, drawn.files)
+    code = ExitCode.DONE if result.done and report.reached and not failures else ExitCode.UNFINISHED
     tables, table_notes = shown_quantities(report.section_quantities)
     return CommandResult(
         ExitCode.INTERRUPTED if interrupted or requested() is not None else code,
@@ -296,13 +297,13 @@ def run_experiment(experiment: Experiment, config: Any, figures: FigureKind | No
         metrics_of(experiment, found),
         {**table_notes, **metric_notes(experiment.metrics, found)},
         {"ending": result.ending.value, "rest": result.rest, "tables": tables},
-        written(result, files),
-        notes,
+        written(result, drawn.files),
+        (*notes, *failures),
     )
 
 
 def _companion(console: Console, plan: Plan) -> tuple[Recorded | None, bool]:
-    """Run the companion of the first run; None, and that it was interrupted, after Ctrl-C."""
+    """Run the companion of the first run; return its record, and whether Ctrl-C interrupted it."""
     second = plan.companion()
     if second is None or requested() is not None:
         return None, False
@@ -313,12 +314,12 @@ def _companion(console: Console, plan: Plan) -> tuple[Recorded | None, bool]:
     except KeyboardInterrupt as interruption:
         if result_until(interruption) is None:
             raise
-        say(console, SECOND_STOPPED)
+        say(console, SECOND_STOPPING_TEXT)
         return None, True
 
 
 def _unusable_result(console: Console, result: RunResult, error: Exception, *, interrupted: bool) -> CommandResult:
-    """Print how a run ended that cannot be evaluated, and where its log is."""
+    """Print the ending of a run that cannot be evaluated, and the path of its log."""
     files = written(result, ())
     say(console, str(result))
     print_outcome(console, result, files)

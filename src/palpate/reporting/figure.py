@@ -1,6 +1,6 @@
-"""A figure as data: panels with their axes and marks. It is stated once, and drawn by whoever shows it.
+"""A figure as data: panels with their axes and marks, independent of the place where they are shown.
 
-`palpate.reporting.plots` draws it in the reader's browser, `palpate.reporting.paper` as vectors for print.
+`palpate.reporting.plots` draws it for the browser, `palpate.reporting.paper` as vectors for print.
 """
 
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ class Axis:
     """An axis.
 
     Attributes:
-        quantity: What it tells.
-        unit: Of its numbers; "" for a ratio or a count.
-        low: Where it begins; as the marks need if None.
-        high: Where it ends, likewise.
-        span: That it covers at least, so that rounding is not shown as if it were something.
-        logarithmic: Whether it is.
-        ticks: Places and their names; chosen by whoever draws if empty.
-        run_time: Whether it is the time of a run: all such axes of a report are zoomed together.
+        quantity: Name of the quantity along the axis.
+        unit: Unit of its numbers; "" for a ratio or a count.
+        low: Beginning; chosen from the marks if None.
+        high: End; chosen from the marks if None.
+        span: Minimum range, so that rounding errors do not fill the panel.
+        logarithmic: Whether the scale is logarithmic.
+        ticks: Places and names of the ticks; chosen automatically if empty.
+        run_time: Whether the axis is the time of a run: all such axes of a report are zoomed together.
     """
 
     quantity: str = ""
@@ -41,7 +41,7 @@ class Axis:
 
 
 TIME = Axis("time", "s", run_time=True)
-"""Of a run."""
+"""Time of a run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +49,13 @@ class Panel:
     """A flat panel.
 
     Attributes:
-        marks: In the order in which they are drawn.
-        x: Across.
-        y: Upwards.
-        title: Above it; "" for none.
-        equal: Whether lengths along both axes are the same.
-        ground: Role of the ground behind the marks; none: that of the card.
-        height: [px] on a page.
+        marks: Marks in drawing order.
+        x: Horizontal axis.
+        y: Vertical axis.
+        title: Title above the panel; "" for none.
+        equal: Whether both axes have the same scale.
+        ground: Role of the background; None for that of the card.
+        height: Height on a page [px].
     """
 
     marks: tuple[Mark, ...]
@@ -69,13 +69,13 @@ class Panel:
 
 @dataclass(frozen=True, slots=True)
 class Space:
-    """A panel in space; the reader turns it.
+    """A panel in space, which the reader can rotate.
 
     Attributes:
-        marks: In the order of the legend.
-        title: Above it; "" for none.
-        height: [px] on a page.
-        view: Direction from the middle to the eye; its length is that of the view, in sizes of what is shown.
+        marks: Marks in the order of the legend.
+        title: Title above the panel; "" for none.
+        height: Height on a page [px].
+        view: Direction from the centre to the eye; its length is the distance, in sizes of the scene.
     """
 
     marks: tuple[Solid, ...]
@@ -84,22 +84,18 @@ class Space:
     view: tuple[float, float, float] = (0.6, -1.0, 0.8)
 
 
-FROM_ABOVE = (0.0, -0.01, 1.4)
-"""View from above, x to the right."""
-
-
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A figure with what a reader needs beside it.
+    """A figure and its caption.
 
     Attributes:
         title: Short heading.
-        caption: What one sees and what is good, in sentences.
-        panels: In order, row by row.
-        columns: Panels side by side on a screen; on a phone they stand below one another.
-        steps: Names of the steps that the reader plays through; none if nothing moves.
-        step: Which is shown first.
-        wide: Whether it takes the width of the page.
+        caption: Sentences on the content, and on the values that are good.
+        panels: Panels, row by row.
+        columns: Panels side by side on a screen; a phone stacks them.
+        steps: Names of the steps that the reader plays through; () for a still figure.
+        step: Step that is shown first.
+        wide: Whether the figure takes the width of the page.
     """
 
     title: str

@@ -1,16 +1,26 @@
-"""A report as data: what was asked, how it ended, metrics, sections, advice; drawn when it is written."""
+"""A report as data: request, outcome, metrics, sections, advice; figures are drawn when it is written."""
 
-from collections.abc import Callable, Iterable, Sequence
+import traceback
+from base64 import b64encode
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from html import escape
+
+from rich.table import Table
+from rich.text import Text
 
 from palpate.reporting.data import Quantity
 from palpate.reporting.figure import Figure
+from palpate.runtime.palette import CARD
 
 NOTHING = "Nothing has to be done."
-"""Shown where there is no advice."""
+"""Text of a report without advice."""
+
+_MAX_SUMMARY = 8
+"""Maximum number of metrics in the text of a result."""
 
 COLUMNS = ("name", "value", "unit", "note")
-"""Of a table of metrics."""
+"""Columns of a table of metrics."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +32,7 @@ class Paragraph:
 
 @dataclass(frozen=True, slots=True)
 class QuantityTable:
-    """Key metrics within a section; the terminal shows them, too."""
+    """Metrics within a section; the terminal shows them, too."""
 
     metrics: tuple[Quantity, ...]
 
@@ -32,9 +42,9 @@ class TextTable:
     """A table of texts.
 
     Attributes:
-        rows: Of texts.
-        columns: What each column holds: "name", "value", "unit" or "note".
-        heads: Over the columns; none if left out.
+        rows: Rows of texts.
+        columns: Kind of each column: "name", "value", "unit" or "note".
+        heads: Headings of the columns; () for none.
     """
 
     rows: Sequence[tuple[str, ...]]
@@ -43,14 +53,62 @@ class TextTable:
 
 
 @dataclass(frozen=True, slots=True)
+class FigureFailure:
+    """A figure that could not be drawn.
+
+    Attributes:
+        title: Title of the figure, or the heading of its section if drawing failed before there was a title.
+        error: Kind and message of the exception.
+        place: File and line that raised the exception, outside of other libraries if possible.
+    """
+
+    title: str
+    error: str
+    place: str
+
+    def __str__(self) -> str:
+        return f"figure {self.title!r} could not be drawn: {self.error} ({self.place})"
+
+    @classmethod
+    def of(cls, title: str, error: Exception) -> "FigureFailure":
+        """Return the failure that an exception describes."""
+        frames = traceback.extract_tb(error.__traceback__)
+        own = [frame for frame in frames if "site-packages" not in frame.filename] or frames
+        place = f"{own[-1].filename}, line {own[-1].lineno}" if own else "unknown place"
+        return cls(title, "".join(traceback.format_exception_only(error)).strip(), place)
+
+
+@dataclass(frozen=True, slots=True)
 class Figures:
     """Figures side by side where there is room.
 
     Attributes:
-        draw: States them when the report is written; those that are None are left out.
+        draw: Function that returns or yields the figures when the report is written; None is left out. In the
+            place of a figure it may yield a function that draws one: if that fails, the others are still drawn.
     """
 
-    draw: Callable[[], Iterable[Figure | None]]
+    draw: Callable[[], Iterable[Figure | Callable[[], Figure | None] | None]]
+
+    def drawn(self, heading: str) -> Iterator[Figure | FigureFailure]:
+        """Yield each figure, or the failure in its place.
+
+        Args:
+            heading: Heading of the section, which names a figure that fails before it has a title.
+        """
+        try:
+            for each in self.draw():
+                figure = _drawn(each, heading) if callable(each) else each
+                if figure is not None:
+                    yield figure
+        except Exception as error:  # a figure never costs a finished run
+            yield FigureFailure.of(heading, error)
+
+
+def _drawn(draw: Callable[[], Figure | None], heading: str) -> Figure | FigureFailure | None:
+    try:
+        return draw()
+    except Exception as error:
+        return FigureFailure.of(heading, error)
 
 
 Part = Paragraph | QuantityTable | TextTable | Figures
@@ -58,11 +116,11 @@ Part = Paragraph | QuantityTable | TextTable | Figures
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A section; one in which nothing is to be seen is left out.
+    """A section; one without content is left out.
 
     Attributes:
-        heading: Of it.
-        parts: In order.
+        heading: Heading of the section.
+        parts: Parts in order.
     """
 
     heading: str
@@ -75,15 +133,15 @@ class Report:
 
     Attributes:
         title: Heading.
-        outcome: How it ended, a sentence or more.
-        metrics: Most important first.
-        sections: In order.
-        asked: What was asked for, a sentence without its full stop; "" for none.
-        advice: What to do now, a sentence or two each; none where nothing has to be done.
+        outcome: How the run ended, in a sentence or more.
+        metrics: Metrics, most important first.
+        sections: Sections in order.
+        asked: Request in a sentence without its full stop; "" for none.
+        advice: Advice to the user, a sentence or two each; () where nothing has to be done.
         settings: Name and value with unit of each setting.
-        repeat: What is repeated, and the command that does so.
-        footer: Frame and sign of the numbers: a sentence or more.
-        reached: Whether it came to what it was for: a run that was finished, an object that was held.
+        repeat: Purpose and command line of each way to repeat the run.
+        footer: Frame and sign of the numbers, in a sentence or more.
+        reached: Whether the run reached its goal.
     """
 
     title: str
@@ -107,3 +165,56 @@ class Report:
     def all_metrics(self) -> tuple[Quantity, ...]:
         """Metrics of the summary, then the quantities of the sections."""
         return (*self.metrics, *self.section_quantities)
+
+    def drawn(self) -> Iterator[Figure | FigureFailure]:
+        """Draw and yield each figure of the sections, or the failure in its place."""
+        for section in self.sections:
+            for part in section.parts:
+                if isinstance(part, Figures):
+                    yield from part.drawn(section.heading)
+
+
+def quantity_table(metrics: Iterable[Quantity], title: str = "", outcome: str = "") -> Table:
+    """Return metrics as a table for the terminal, with the title above and the outcome below.
+
+    Square brackets in the texts are not markup.
+    """
+    table = Table(
+        show_header=False, title=Text(title) if title else None, caption=Text(outcome) if outcome else None
+    )
+    table.add_column("name")
+    table.add_column("value", justify="right", style="bold")
+    table.add_column("unit")
+    table.add_column("note", style="dim")
+    for metric in metrics:
+        table.add_row(Text(metric.name), Text(metric.text), Text(metric.unit), Text(metric.note))
+    return table
+
+
+def report_summary(report: Report) -> str:
+    """Return title, outcome and main metrics of a report as a few lines of text."""
+    shown = (f"  {k.name}: {k.text} {k.unit}".rstrip() for k in report.metrics[:_MAX_SUMMARY])
+    more = len(report.metrics) - _MAX_SUMMARY
+    ending = [f"  and {more} more metrics"] if more > 0 else []
+    return "\n".join([report.title, report.outcome, *shown, *ending])
+
+
+def report_fragment(report: Report) -> str:
+    """Return title, outcome, metrics and the first figure of a report as HTML for a notebook, without styles."""
+    rows = "".join(
+        f"<tr><th>{escape(k.name)}</th><td>{escape(k.text)}</td><td>{escape(k.unit)}</td><td>{escape(k.note)}</td></tr>"
+        for k in report.metrics
+    )
+    head = f"<h4>{escape(report.title)}</h4><p>{escape(report.outcome)}</p><table>{rows}</table>"
+    first = next(report.drawn(), None)
+    if first is None:
+        return head
+    if isinstance(first, FigureFailure):
+        return f"{head}\n<p>{escape(str(first))}</p>"
+    from palpate.reporting.paper import svg_text  # imports matplotlib, which takes a second
+
+    source = b64encode(svg_text(first).encode("utf-8")).decode("ascii")
+    # the theme of a notebook is unknown
+    style = f"max-width: 45em; width: 100%; background: {CARD.light}; color-scheme: light"
+    image = f'<img src="data:image/svg+xml;base64,{source}" alt="{escape(first.title)}" style="{style}">'
+    return f"{head}\n{image}"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.commands.log.command import run_log_ros2
 from palpate.commands.log.config import LogRos2Config
+from palpate.commands.log.export import run_log_ros2
 from palpate.errors import InvalidValueError
 from palpate.runtime.log import log_writer
 from palpate.runtime.log.standard.topics import RobotNotes

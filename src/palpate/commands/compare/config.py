@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import tyro
 
 from palpate.experiments.kit.options import check_options, option
-from palpate.reporting.figure_kind import FigureKind
+from palpate.reporting.data import FigureKind
 
 Unit = Literal["m", "mm"]
 

@@ -12,11 +12,8 @@ from rich.console import Console
 from palpate.atomic_file import replacing
 from palpate.commands.command_result import CommandResult
 from palpate.commands.compare.config import CompareConfig
-from palpate.commands.progress import doing
-from palpate.commands.say import say
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.output_folder import check_folder, make_folder
-from palpate.experiments.kit.recording import write_figures
 from palpate.mapping.compare import Comparison, DistanceSpread, compare
 from palpate.mapping.compare_files import read_map, read_reference
 from palpate.mapping.compare_surface import TriangleSurface
@@ -24,9 +21,9 @@ from palpate.reporting.data import Quantity
 from palpate.reporting.figure import Axis, Figure, Panel, Space
 from palpate.reporting.marks import Bars, Colouring, ColourScale, Rule
 from palpate.reporting.page import write_report
-from palpate.reporting.report import Figures, Report, Section
+from palpate.reporting.report import Figures, Report, Section, quantity_table
 from palpate.reporting.solids import Spots
-from palpate.reporting.terminal import quantities
+from palpate.runtime.progress import doing, say
 
 METRES = {"m": 1.0, "mm": 1e-3}
 """Length of each unit of the files [m]."""
@@ -64,15 +61,15 @@ def compare_map(config: CompareConfig) -> CommandResult:
             touched, reference, within=config.within, region=region, aligned=config.align, samples=config.samples
         )
     report, values = map_comparison_report(found, reference, config), json_values(found, reference, config)
-    console.print(quantities(report.title, report.outcome, report.metrics))
+    console.print(quantity_table(report.metrics, report.title, report.outcome))
     for sentence in report.advice:
         say(console, sentence)
     make_folder(folder)
     with doing(console, "drawing the report"):
-        write_report(report, folder / "compare.html")
+        page, *figures = write_report(report, folder / "compare.html", config.figures).files
         with replacing(folder / "compare.json") as file:
             file.write(json.dumps(values, indent=2, allow_nan=False).encode("ascii"))
-        files = (folder / "compare.html", folder / "compare.json", *write_figures(report, folder, config.figures))
+        files = (page, folder / "compare.json", *figures)
     for path in files:
         say(console, f"Written: {path}")
     return CommandResult(metrics=values, files=files, warnings=report.advice if found.coverage == 0.0 else ())

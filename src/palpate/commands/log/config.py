@@ -1,4 +1,4 @@
-"""What `palpate log` is to do; imports nothing heavy, so that `palpate --help` is quick."""
+"""Options of `palpate log`; imports nothing heavy, so that `palpate --help` is quick."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,19 +6,19 @@ from typing import Annotated
 
 import tyro
 
-LogPlace = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
+_LogPlace = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
 
 
 @dataclass(frozen=True, slots=True)
 class LogInfoConfig:
     """Summarise the log of a run: duration, timing, events, gaps and damage.
 
-    Every check sum is checked. A log of a run that was killed, or that still goes on, is read as far as it goes.
+    Every check sum is verified. The log of a run that was killed, or that still goes on, is read to its end.
 
     Example: palpate log info runs/demo
     """
 
-    log: LogPlace
+    log: _LogPlace
     """Log file (.mcap); a folder stands for its latest.mcap."""
 
 
@@ -26,37 +26,37 @@ class LogInfoConfig:
 class LogRos2Config:
     """Write the log of a run as a bag of ROS 2, a folder that `ros2 bag play` takes.
 
-    It holds all topics of the log: wrenches, joints, transforms, contacts and a map, of types that every tool
-    knows, and palpate's own, whose package examples/ros2/palpate_msgs is built by colcon. Of a log that is
-    damaged, or whose run was killed, it is all that is whole.
+    The bag holds all topics of the log: wrenches, joints, transforms, contacts and a map in standard types, and
+    topics in palpate's own types, whose package examples/ros2/palpate_msgs is built by colcon. From a damaged log,
+    or the log of a killed run, everything readable is written.
 
     Example: palpate log ros2 runs/demo --out bag
     """
 
-    log: LogPlace
+    log: _LogPlace
     """Log file (.mcap); a folder stands for its latest.mcap."""
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
-    """New folder for the bag. Left out: named as the log with _bag behind it, beside it."""
+    """New folder for the bag. Left out: beside the log, named as the log with _bag behind it."""
 
 
 @dataclass(frozen=True, slots=True)
 class LogExportConfig:
     """Write the log of a run, or all logs of a sweep, as one data set: an episode a run, a row a period.
 
-    Names tell every unit: SI throughout, contacts in the sensor frame, the arm in base coordinates. Periods that a
-    log has not got leave a gap in `sequence`. Which columns there are: docs/files.md.
+    Names of columns end in their unit: SI throughout, contacts in the sensor frame, the arm in base coordinates.
+    Periods that a log lacks leave a gap in `sequence`. docs/files.md lists the columns.
 
-    Formats: csv (17 digits); parquet, hdf5 and lerobot (LeRobot dataset v3) keep every bit, but in lerobot what is
-    not a finite number is 0. One of your own is named as module:Class.
+    Formats: csv (17 digits); parquet, hdf5 and lerobot (LeRobot dataset v3) keep every bit, but lerobot writes 0
+    for numbers that are not finite. A format of your own is named as module:Class.
 
     Example: palpate log export runs/demo --to csv --out tables
     """
 
-    log: LogPlace
-    """Log file (.mcap); a folder stands for its latest.mcap, or is a sweep's made with --keep-reports."""
+    log: _LogPlace
+    """Log file (.mcap); a folder stands for its latest.mcap, or is that of a sweep made with --keep-reports."""
 
     to: Annotated[str, tyro.conf.arg(metavar="FORMAT")] = "csv"
     """Format: csv, hdf5, lerobot, parquet, one of an installed package, or module:Class."""
 
     out: Annotated[Path | None, tyro.conf.arg(metavar="FOLDER")] = None
-    """Folder, made if need be. Left out: named as the log, beside it; of a sweep, `dataset` in it."""
+    """Folder, made if need be. Left out: beside the log, named as the log; for a sweep, `dataset` in it."""

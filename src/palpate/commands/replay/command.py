@@ -1,14 +1,11 @@
 """`palpate replay`: a log through sensing, control and supervision again, with progress, verdict and report."""
 
 import traceback
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from rich.console import Console
 
 from palpate.commands.command_result import CommandResult, ExitCode, shown_quantities
-from palpate.commands.progress import doing, lively
 from palpate.commands.replay.config import ReplayConfig
 from palpate.commands.replay.report import (
     ending_recorded,
@@ -21,16 +18,14 @@ from palpate.commands.replay.report import (
     version_differences,
 )
 from palpate.commands.replay.run import ReplayedLog, load_controller_maker, replay_log, unchangeable
-from palpate.commands.say import say
 from palpate.commands.typed_values import set_options
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.output_folder import make_folder
-from palpate.experiments.kit.recording import write_figures
 from palpate.reporting.page import write_report
-from palpate.reporting.terminal import quantity_table
+from palpate.reporting.report import quantity_table
 from palpate.runtime import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
-from palpate.runtime.progress_bar import PERCENT, progress_bar
+from palpate.runtime.progress import doing, progress_bar, say
 
 SHOWN_EVERY = 500
 """Periods between two updates of the progress bar: a few times a second."""
@@ -44,8 +39,8 @@ def run_replay(config: ReplayConfig) -> CommandResult:
         raised an exception.
 
     Raises:
-        InvalidValueError: There is no log of an experiment, or what is changed cannot be.
-        OSError: The log cannot be read, or the report not be written.
+        InvalidValueError: If there is no log of an experiment, or if a change is impossible.
+        OSError: If the log cannot be read, or if the report cannot be written.
     """
     console = Console()
     path = log_in(config.log)
@@ -53,8 +48,8 @@ def run_replay(config: ReplayConfig) -> CommandResult:
     folder = path.resolve().parent if config.out is None else config.out
     if config.set or maker is not None:
         make_folder(folder)  # before the work, so that nothing is lost after it
-    with _progress(console) as show:
-        log = read_log(path, lambda share: show("reading", share))
+    with progress_bar(console, "reading") as bar:
+        log = read_log(path, bar.show)
         kind = LoggedRun.of(log).experiment.Config
         settings = set_options(config.set, kind, unchangeable(kind))
         done, count = 0, max(len(log), 1)
@@ -63,7 +58,7 @@ def run_replay(config: ReplayConfig) -> CommandResult:
             nonlocal done
             done += 1
             if done % SHOWN_EVERY == 0:
-                show("replaying", done / count)
+                bar.show(done / count, words="replaying")
 
         found = replay_log(log, settings, maker, (observe,))
     say(console, f"{path.resolve()}: {verdict(found)}")
@@ -79,8 +74,7 @@ def run_replay(config: ReplayConfig) -> CommandResult:
     report = _new_report_path(folder, path.resolve().stem)
     with doing(console, "drawing the report"):
         said = replay_report(found, config.controller)
-        write_report(said, report)
-        files = (report, *write_figures(said, folder, config.figures))
+        files = write_report(said, report, config.figures).files
     for each in files:
         say(console, f"Written: {each}")
     wrong = found.should_be_identical or _failed(console, found)
@@ -88,7 +82,7 @@ def run_replay(config: ReplayConfig) -> CommandResult:
 
 
 def _result(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) -> CommandResult:
-    """All that was found out, in metrics and facts."""
+    """Return the result as metrics and facts."""
     metrics, notes = shown_quantities(quantities(found))
     differing = found.commands.first is not None or found.sensing.first is not None
     return CommandResult(
@@ -118,7 +112,7 @@ def _result(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) ->
 
 
 def _explain(console: Console, found: ReplayedLog) -> None:
-    """Print where what should be identical differs, and which versions differ."""
+    """Print the first differences of commands and sensing, and the versions that differ."""
     for sentence in first_differences(found):
         say(console, f"Differs: {sentence}")
     others = version_differences(found)
@@ -141,10 +135,3 @@ def _new_report_path(folder: Path, stem: str) -> Path:
         number += 1
         path = folder / f"{stem}-replay-{number}.html"
     return path
-
-
-@contextmanager
-def _progress(console: Console) -> Iterator[Callable[[str, float], None]]:
-    """Show progress; yields the function to call with the current work and the fraction done."""
-    with progress_bar(console, "reading", 1.0, PERCENT, drawn=lively(console)) as bar:
-        yield lambda words, share: bar.show(share, words=words)

@@ -1,4 +1,4 @@
-"""What `palpate replay` is to do; imports nothing heavy, so that `palpate --help` is quick."""
+"""Options of `palpate replay`; imports nothing heavy, so that `palpate --help` is quick."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Annotated
 
 import tyro
 
-from palpate.reporting.figure_kind import FigureKind
+from palpate.reporting.data import FigureKind
 
 LogPlace = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
 
@@ -18,8 +18,8 @@ class ReplayConfig:
     With nothing else given, every command must come out as recorded, bit for bit; if not, exit code 1 and the
     first difference. With --set or --controller commands may differ: a table and a report with figures show how.
 
-    The samples stay as they were recorded, and no robot moves: a replay shows what would have been commanded at
-    every instant of that run, not what would have happened then.
+    The samples stay as recorded, and no robot moves: a replay shows the commands at every instant of that run, not
+    their consequences.
 
     Example: palpate replay runs/explore
 

@@ -1,4 +1,4 @@
-"""The findings of a replay, a sentence each, and its report with figures."""
+"""Findings of a replay as sentences, and its report with figures."""
 
 import shlex
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ from palpate.plain_text import inert
 from palpate.reporting.data import Quantity
 from palpate.reporting.figure import TIME, Axis, Figure, Panel
 from palpate.reporting.marks import Line, Mark, Points, unnamed
-from palpate.reporting.phases import phase_spans
 from palpate.reporting.report import NOTHING, Figures, Paragraph, Report, Section
+from palpate.reporting.run_figures import phase_spans
 from palpate.runtime import Record
 from palpate.runtime.palette import COMMAND, FELT
 from palpate.runtime.replay_difference import Difference
@@ -111,7 +111,7 @@ def _both(of: Record, recorded: FloatArray, replayed: FloatArray) -> tuple[Line,
 
 _MILLI = 1e3
 
-FOOTER = (
+REPLAY_FOOTER = (
     "Velocities in the robot's base frame. The samples are as recorded: this is what would have been commanded at "
     "every instant of that run, not what would have happened then."
 )
@@ -202,7 +202,7 @@ def replay_report(done: ReplayedLog, controller: str | None = None) -> Report:
         advice=_advice(done),
         settings=_settings(done, controller),
         repeat=_repeat(done, controller),
-        footer=FOOTER,
+        footer=REPLAY_FOOTER,
     )
 
 
@@ -313,7 +313,7 @@ def _outcome(done: ReplayedLog) -> str:
 
 
 def _settings(done: ReplayedLog, controller: str | None) -> tuple[tuple[str, str], ...]:
-    """What was changed first, then the rest of what a replay can change."""
+    """Return the settings: changed options first, then the other options that a replay can change."""
     changed = [(name, _value(done, name) + " (changed)") for name in done.settings]
     others = [
         (name, _value(done, name)) for name in changeable(type(done.planned.config)) if name not in done.settings
@@ -344,5 +344,5 @@ def _absolute(path: Path) -> Path:
 
 
 def _touched(done: ReplayedLog) -> tuple[str, ...]:
-    """Options that describe what was touched."""
+    """Return the options that describe the touched object."""
     return tuple(name for name, spec in specs_of(type(done.planned.config)).items() if spec.fixed == TOUCHED)

@@ -5,12 +5,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import islice
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from palpate.errors import FloatArray, InvalidValueError, shown
 from palpate.experiments.kit.experiment import Plan
 from palpate.experiments.kit.from_log import NOTHING_SET, LoggedRun
 from palpate.experiments.kit.options import foreign_options, specs_of
+from palpate.experiments.kit.shown_result import ShownResult
 from palpate.named_object import named_object, raised
 from palpate.nearest_name import nearest, without_unit
 from palpate.runtime import Controller, Observer, Record, Supervisor, Touch
@@ -22,6 +23,9 @@ from palpate.runtime.replay_difference import Difference, difference_of_commands
 from palpate.runtime.replay_extent import Extent, extent_of, rows_of_replay
 from palpate.strict_decode import decode_some
 
+if TYPE_CHECKING:
+    from palpate.reporting.report import Report
+
 
 def changeable(kind: type) -> tuple[str, ...]:
     """Return the options of a `Config` that a replay can change."""
@@ -29,19 +33,19 @@ def changeable(kind: type) -> tuple[str, ...]:
 
 
 def unchangeable(kind: type) -> dict[str, str]:
-    """Return why a replay cannot change the others, by name."""
+    """Return the options that a replay cannot change, with the reason."""
     return {
         name: f"a replay cannot change it: {spec.fixed}" for name, spec in specs_of(kind).items() if spec.fixed
     }
 
 
 def changed_config(config: Any, settings: Mapping[str, object]) -> Any:
-    """Return a configuration with other values for what a replay can change.
+    """Return a configuration with changed options.
 
-    What was given for a choice that is changed, as the time of steps for another profile, is left out.
+    Options that belong to a replaced choice, as the time of steps to another profile, return to their defaults.
 
     Raises:
-        InvalidValueError: A name is not known or cannot be changed, or a value is impossible.
+        InvalidValueError: If a name is unknown or cannot be changed, or if a value is impossible.
     """
     kind = type(config)
     specs, refused = specs_of(kind), unchangeable(kind)
@@ -60,16 +64,16 @@ def changed_config(config: Any, settings: Mapping[str, object]) -> Any:
 
 
 ControllerMaker = Callable[[Any], Controller]
-"""From the plan of the recorded run, with what is set otherwise, to a fresh controller for it."""
+"""Function from the plan of the replay to a fresh controller."""
 
 
 def load_controller_maker(name: str) -> ControllerMaker:
-    """Return the function that `module:function` names; the present folder is looked in first.
+    """Return the function that `module:function` names, whose result is checked to be a controller.
 
-    What it returns when it is called is checked to be a controller.
+    The present folder is searched first.
 
     Raises:
-        InvalidValueError: There is no such module or function, or the module cannot be imported.
+        InvalidValueError: If there is no such module or function, or if the module cannot be imported.
     """
     function = named_object("controller", name, "mine:make for the function make in mine.py")
     wanted = name.rpartition(":")[2]
@@ -96,21 +100,21 @@ def load_controller_maker(name: str) -> ControllerMaker:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReplayedLog:
-    """What a replay of a log gave, beside what was recorded.
+class ReplayedLog(ShownResult):
+    """Replay of a log, beside the recording.
 
     Attributes:
-        log: What was recorded.
-        extent: How much of it was replayed.
-        of: What it is of.
-        planned: It, as it was replayed.
-        settings: What was changed of it.
-        other_controller: Whether another controller was in the place of the recorded one.
-        left_out: Changes of live parameters that this other controller cannot take.
-        replay: What came out.
-        replayed: How many of its rows are commands of controller and supervisor.
-        commands: How they differ from those recorded.
-        sensing: How what was sensed differs, as far as the replay went.
+        log: Recording.
+        extent: Replayed part of the log.
+        of: Experiment and configuration of the log.
+        planned: Plan of the replay.
+        settings: Changed options by name.
+        other_controller: Whether another controller replaced the recorded one.
+        left_out: Changes of live parameters that the other controller lacks.
+        replay: Replayed periods.
+        replayed: Number of replayed rows that are commands of controller and supervisor.
+        commands: Difference of the commands.
+        sensing: Difference of the observations, as far as the replay went.
     """
 
     log: Log
@@ -125,6 +129,11 @@ class ReplayedLog:
     commands: Difference
     sensing: Difference
 
+    def _report(self) -> "Report":
+        from palpate.commands.replay.report import replay_report  # which imports this module
+
+        return replay_report(self)
+
     @property
     def should_be_identical(self) -> bool:
         """Whether nothing was changed."""
@@ -137,11 +146,11 @@ class ReplayedLog:
 
     @property
     def common(self) -> int:
-        """Periods of which there is something to compare."""
+        """Number of periods that can be compared."""
         return min(self.extent.count, self.replayed)
 
     def records(self) -> tuple[Record, Record]:
-        """Return those periods in base coordinates, as recorded and as replayed."""
+        """Return the common periods in base coordinates, as recorded and as replayed."""
         return (
             record_of(self.log.codec, self.log.rows[: self.common], 0),
             record_of(self.replay.codec, self.replay.rows[: self.common], 0),
@@ -165,15 +174,14 @@ def replay_log(
     For example `replay_log(folder).identical`, or `replay_log(folder, {"force": 3.0}).velocity_difference`.
 
     Args:
-        log: As read, or its file, or a folder with its latest.mcap.
-        settings: Other values for options of the experiment: those that sensing, control and supervision go by.
-        controller: What makes another controller; the recorded one, if not given.
-        observers: Called every period, for example to show progress.
+        log: Log, its file, or a folder with latest.mcap.
+        settings: Changed options of sensing, control and supervision, by name.
+        controller: Maker of another controller; None for the recorded one.
+        observers: Observers that are called every period, for example to show progress.
 
     Raises:
-        InvalidValueError: It is a log of something else, nothing of it can be replayed, or what is changed
-            cannot be.
-        OSError: The log cannot be read.
+        InvalidValueError: If the log has no experiment or no periods to replay, or if a change is impossible.
+        OSError: If the log cannot be read.
     """
     if not isinstance(log, Log):
         log = read_log(log_in(Path(log)))
@@ -200,7 +208,7 @@ def replay_log(
 
 
 def _parted(changes: Sequence[Change], controller: Controller) -> tuple[tuple[Change, ...], tuple[Change, ...]]:
-    """Changes that a controller has the parameters for, and the others."""
+    """Return the changes whose parameters a controller has, and the others."""
     known = live_parameters_of(controller).parameters
     return (
         tuple(change for change in changes if change.name in known),

@@ -11,8 +11,6 @@ from rich.table import Table
 from rich.text import Text
 
 from palpate.commands.command_result import CommandResult, ExitCode
-from palpate.commands.progress import LINE_INTERVAL, doing
-from palpate.commands.say import say
 from palpate.commands.start_up import interrupted_by
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import Combination, SweepPlan, sweep_plan
@@ -22,6 +20,7 @@ from palpate.commands.sweep.store import SweepFolder
 from palpate.commands.typed_values import plain
 from palpate.experiments.kit.metric import Metric, number
 from palpate.runtime.batch import BatchError, BatchProgress, ShowProgress, batch_bar
+from palpate.runtime.progress import LINE_INTERVAL, doing, say
 
 START_UP_S = 3.0
 """Time in which a worker imports the simulator [s]."""

@@ -7,7 +7,7 @@ from typing import Annotated
 import tyro
 
 from palpate.errors import InvalidValueError
-from palpate.reporting.figure_kind import FigureKind
+from palpate.reporting.data import FigureKind
 
 MOST_SEEDS, MOST_JOBS = 100_000, 10_000
 """Largest numbers of seeds and processes; more are a typing error."""

@@ -179,7 +179,6 @@ class SweepAtWork:
         from palpate.commands.sweep.figure import write_summary
         from palpate.commands.sweep.report import sweep_report
         from palpate.commands.sweep.store import columns_of, rows_of, write_csv, write_parquet
-        from palpate.experiments.kit.recording import write_figures
         from palpate.reporting.page import write_report
 
         result, path = self.result, self.folder.path
@@ -187,7 +186,6 @@ class SweepAtWork:
         write_csv(rows, columns, path / "runs.csv")
         parquet = ["runs.parquet"] if write_parquet(rows, columns, path / "runs.parquet") else []
         report = sweep_report(result)
-        write_report(report, path / "report.html")
+        page, *figures = write_report(report, path / "report.html", self.checked.plan.config.figures).files
         write_summary(result, path / "summary.png")
-        figures = write_figures(report, path, self.checked.plan.config.figures)
-        return (*(path / name for name in ("report.html", "summary.png", "runs.csv", *parquet)), *figures)
+        return (page, *(path / name for name in ("summary.png", "runs.csv", *parquet)), *figures)

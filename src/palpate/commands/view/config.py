@@ -1,4 +1,4 @@
-"""What `palpate view` is to show; imports nothing heavy, so that `palpate --help` is quick."""
+"""Options of `palpate view`; imports nothing heavy, so that `palpate --help` is quick."""
 
 import math
 from dataclasses import dataclass
@@ -10,16 +10,14 @@ import tyro
 from palpate.errors import InvalidValueError, positive
 from palpate.experiments.kit.options import check_options, option
 
-Shown = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="LOG|EXPERIMENT")]
-
 
 @dataclass(frozen=True, slots=True)
 class ViewConfig:
     """Watch a run in the browser: tip or hand, object, contact forces, the map as it grows, forces as plots.
 
-    With --foxglove or --rerun its wrenches, joints, transforms and contacts go to that program instead.
+    With --foxglove or --rerun, wrenches, joints, transforms and contacts go to that program instead.
 
-    Of a log its run is played again. An experiment is carried out while it is watched, and recorded.
+    The run of a log is played again. An experiment is carried out while it is watched, and recorded.
     Ctrl-C ends the view.
 
     Example: palpate view explore --set object=ellipsoid force=3
@@ -33,32 +31,32 @@ class ViewConfig:
     Example: palpate view explore --foxglove
     """
 
-    what: Shown
+    what: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="LOG|EXPERIMENT")]
     """Log file (.mcap) of a run, or a folder for its latest.mcap; or an experiment to be carried out: its name, or
     module:Class."""
     time_scale: Annotated[float, tyro.conf.arg(aliases=("--speed",))] = option(1.0, "", infinite=True)
     """Seconds of the run per second of wall time: 2 is twice as fast as in reality; inf: as fast as it can be
     computed. Devices keep real time."""
     set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE ...")] = ()
-    """Of an experiment, where it is not to be the default: named as its options, as in object=box force=3; mu
-    stands for friction. Several numbers with commas, as in tip=0.008,0.008,0.012."""
+    """Options of an experiment, named as its own command names them, as in object=box force=3; mu stands for
+    friction. Several numbers with commas, as in tip=0.008,0.008,0.012."""
     config: Annotated[Path | None, tyro.conf.arg(metavar="FILE.YAML")] = None
-    """Experiment file; --set goes before what it holds."""
+    """Experiment file; --set overrides it."""
     host: str = "127.0.0.1"
-    """Address to listen on: this machine alone; 0.0.0.0 shows the view to everybody in the network. With --rerun
-    where the viewer is."""
+    """Address to listen on: this machine alone; 0.0.0.0 shows the view to everyone in the network. With --rerun,
+    the address of the viewer."""
     port: int | None = option(None, within=(0, 65535), remark="; 0 for one that is free")
-    """Port to listen on; 0 for one that is free. Left out: 8080, for Foxglove 8765. With --rerun that of the
+    """Port to listen on; 0 for one that is free. Left out: 8080, for Foxglove 8765. With --rerun, the port of the
     viewer; left out: 9876."""
     foxglove: bool = False
     """Serve the run's topics to Foxglove (which needs: pip install "palpate[foxglove]")."""
     rerun: bool = False
     """Send the run's topics to a rerun viewer that is open (which needs: pip install "palpate[rerun]")."""
     picture: Annotated[Path | None, tyro.conf.arg(metavar="FILE.PNG")] = None
-    """Of a log: write a still of its last contact, of a grasp where it grips hardest, drawn by the simulator,
-    instead of opening a view."""
+    """Instead of opening a view, write an image of a log, drawn by the simulator: of the last contact, or of the
+    hardest grip of a grasp."""
     video: Annotated[Path | None, tyro.conf.arg(metavar="FILE.GIF")] = None
-    """Of a log: write a video of it likewise, at that time scale."""
+    """Instead of opening a view, write a video of a log, drawn by the simulator, at the time scale."""
 
     def __post_init__(self) -> None:
         check_options(self)
@@ -85,7 +83,7 @@ class ViewConfig:
 
     @property
     def log(self) -> Path | None:
-        """Of what is to be shown, if it is a log or a folder; else it is an experiment."""
+        """Log or folder that is shown; None if `what` names an experiment."""
         place = Path(self.what)
         path = "/" in self.what and ":" not in self.what
         return place if path or place.suffix == ".mcap" or place.is_dir() else None

@@ -8,10 +8,9 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Self
+from typing import Any
 
 from llvmlite import binding
 from rich.console import Console
@@ -19,63 +18,69 @@ from rich.console import Console
 import palpate
 from palpate.atomic_file import replacing
 from palpate.commands.command_result import CommandResult, ExitCode
-from palpate.commands.progress import lively
-from palpate.commands.say import say
 from palpate.commands.warm_up.config import WarmUpConfig
 from palpate.compiling import cache_folder
 from palpate.experiments.kit.config_file import versions_text
-from palpate.runtime.progress_bar import progress_bar
-
-KERNELS = ("*.nbi", "*.nbc")
+from palpate.runtime.progress import COUNT, lively, progress_bar, say
 
 STEPS = "palpate.commands.warm_up.steps"
-
-REMEDY = "no folder to keep kernels in can be written: set NUMBA_CACHE_DIR to one that can"
+"""Module that uses everything, run as a process."""
 
 INTERRUPTED = "interrupted; what was compiled is kept, and `palpate warm-up` goes on from there"
 
-ShowStep = Callable[[str, int, int], None]
-"""Shows what is being compiled: its name, its number, and of how many."""
-
 
 def run_warm_up(config: WarmUpConfig) -> CommandResult:
-    """Compile what is not compiled yet.
+    """Compile everything that is not compiled yet.
 
     Returns:
-        What was compiled and where it is kept; unfinished if it could not be kept.
+        Names of the compiled functions and their folder; unfinished if they could not be kept.
 
     Raises:
-        KeyboardInterrupt: By then something may be compiled.
+        KeyboardInterrupt: After Ctrl-C; functions compiled by then are kept.
     """
-    console = Console()
-    record = WarmUpRecord.here()
-    found = record.read()
-    if found is not None:
-        return _result(console, found | {"compiled": []}, 0.0)
-    began = time.monotonic()
-    with TemporaryDirectory() as room:
-        errors = Path(room) / "errors.txt"
-        with _progress(console) as show_step:
-            report = _compile_all(Path(room), errors, show_step)
-        if report is None:
-            last = errors.read_text(encoding="utf-8", errors="replace").strip().splitlines()[-1:]
-            return CommandResult(
-                ExitCode.UNFINISHED, error=f"could not compile everything: {''.join(last) or 'it was killed'}"
-            )
-    report["warnings"] = _warnings(report)
-    if not report["warnings"]:
-        record.write(report)
-    return _result(console, report, time.monotonic() - began)
+    console, began = Console(), time.monotonic()
+    record, sources = _record_path(), _hash_of_sources()
+    report, warnings = _kept_report(record, sources), list[str]()
+    if report is None:
+        with TemporaryDirectory() as folder, _progress(console) as show:
+            report = _compile_all(folder, show)
+        if "error" in report:
+            return CommandResult(ExitCode.UNFINISHED, error=f"could not compile everything: {report['error']}")
+        if not report["folders"]:
+            warnings.append("no folder to keep kernels in can be written: set NUMBA_CACHE_DIR to one that can")
+        wanted = os.environ.get("NUMBA_CACHE_DIR", "")
+        if wanted and not any(Path(each).is_relative_to(Path(wanted).absolute()) for each in report["folders"]):
+            warnings.append(f"NUMBA_CACHE_DIR = {wanted} cannot be written: choose another")
+        if not warnings:
+            _keep_report(record, report, sources)
+    count, duration = len(report["compiled"]), time.monotonic() - began
+    # one folder that holds all
+    folders = [Path(os.path.commonpath(report["folders"]))] if report["folders"] else []
+    outcome = f"Compiled {count} functions in {duration:.0f} s" if count else "Nothing to compile"
+    outcome += f"; kept in {folders[0]}" if folders else ""
+    for line in (outcome, *(f"Note: {warning}" for warning in warnings)):
+        say(console, line)
+    return CommandResult(
+        ExitCode.UNFINISHED if warnings else ExitCode.DONE,
+        outcome,
+        {"compiled": count, "duration_s": duration},
+        facts={"functions": report["compiled"], "folders": folders},
+        warnings=tuple(warnings),
+    )
 
 
-def _compile_all(room: Path, errors: Path, show_step: ShowStep) -> dict[str, Any] | None:
-    """Use everything in another process; returns what it reported at its end, None if it did not get there."""
+def _compile_all(folder: str, show: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
+    """Run `STEPS` in another process, whose temporary files go to a folder; returns its report, or its error."""
     report: dict[str, Any] = {}
-    environment = os.environ | {"TMPDIR": str(room)}  # of compilers that are killed
+    errors = Path(folder) / "errors.txt"
     with (
-        errors.open("wb") as words,
+        errors.open("wb") as error_file,
         subprocess.Popen(
-            [sys.executable, "-m", STEPS], stdout=subprocess.PIPE, stderr=words, env=environment, text=True
+            [sys.executable, "-m", STEPS],
+            stdout=subprocess.PIPE,
+            stderr=error_file,
+            env=os.environ | {"TMPDIR": folder},
+            text=True,
         ) as process,
     ):
         assert process.stdout is not None
@@ -83,90 +88,59 @@ def _compile_all(room: Path, errors: Path, show_step: ShowStep) -> dict[str, Any
             for line in process.stdout:
                 report = json.loads(line)
                 if "step" in report:
-                    show_step(report["step"], report["number"], report["of"])
+                    show(report)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(INTERRUPTED) from None
         finally:
             process.kill()
-    return None if "compiled" not in report else report
-
-
-def _warnings(report: dict[str, Any]) -> list[str]:
-    warnings = [] if report["folders"] else [REMEDY]
-    wanted = os.environ.get("NUMBA_CACHE_DIR", "")
-    if wanted and not any(Path(each).is_relative_to(Path(wanted).absolute()) for each in report["folders"]):
-        warnings.append(f"NUMBA_CACHE_DIR = {wanted} cannot be written: choose another")
-    return warnings
-
-
-def _result(console: Console, report: dict[str, Any], duration: float) -> CommandResult:
-    """Print the result and return it."""
-    count = len(report["compiled"])
-    # one that holds everything
-    folders = [Path(os.path.commonpath(report["folders"]))] if report["folders"] else []
-    what = f"Compiled {count} functions in {duration:.0f} s" if count else "Nothing to compile"
-    outcome = f"{what}; kept in {' and '.join(map(str, folders))}" if folders else what
-    say(console, outcome)
-    for warning in report.get("warnings", ()):
-        say(console, f"Note: {warning}")
-    return CommandResult(
-        ExitCode.UNFINISHED if report.get("warnings") else ExitCode.DONE,
-        outcome,
-        {"compiled": count, "duration_s": duration},
-        facts={"functions": report["compiled"], "folders": folders},
-        warnings=tuple(report.get("warnings", ())),
-    )
+    if "compiled" in report:
+        return report
+    lines = errors.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+    return {"error": lines[-1] if lines else "it was killed"}
 
 
 @contextmanager
-def _progress(console: Console) -> Iterator[ShowStep]:
+def _progress(console: Console) -> Iterator[Callable[[dict[str, Any]], None]]:
+    """Show progress; yields the function to call with the report of each step at its start."""
     if not lively(console):
-        yield lambda step, number, total: say(console, f"{number} of {total}: {step}")
+        yield lambda step: say(console, f"{step['number']} of {step['of']}: {step['step']}")
         return
-    with progress_bar(console, "compiling for the first time", None, "{task.completed:.0f}/{task.total}") as bar:
-        yield lambda step, number, total: bar.show(number, words=f"compiling for {step}", total=total)
+    with progress_bar(console, "compiling for the first time", None, COUNT) as bar:
+        yield lambda step: bar.show(step["number"], words=f"compiling for {step['step']}", total=step["of"])
 
 
-@dataclass(frozen=True, slots=True)
-class WarmUpRecord:
-    """A file beside what is compiled.
+def _record_path() -> Path:
+    """Return the file with the report of the last warm-up; each place of palpate and of kernels has its own."""
+    place = f"{Path(palpate.__file__).parent}\n{os.environ.get('NUMBA_CACHE_DIR', '')}"
+    return cache_folder() / f"warm-up-{hashlib.sha256(place.encode()).hexdigest()[:16]}.json"
 
-    Attributes:
-        path: Of the file; another for each place of palpate and of kernels.
-        made_of: Hash of all that compiled code depends on.
-    """
 
-    path: Path
-    made_of: str
+def _hash_of_sources() -> str:
+    """Return a hash of everything on which compiled code depends."""
+    hashed = hashlib.sha256(f"{versions_text()}{binding.get_host_cpu_name()}".encode())
+    for folder, folders, files in os.walk(Path(palpate.__file__).parent, followlinks=True):
+        folders.sort()
+        for name in sorted(files):
+            if name.endswith(".py"):
+                hashed.update((Path(folder) / name).read_bytes())
+    return hashed.hexdigest()
 
-    @classmethod
-    def here(cls) -> Self:
-        """Return that of this palpate on this machine."""
-        package = Path(palpate.__file__).parent
-        place = f"{package}\n{os.environ.get('NUMBA_CACHE_DIR', '')}"
-        machine = f"{versions_text()}{binding.get_host_cpu_name()}"
-        hashed = hashlib.sha256(machine.encode())
-        for folder, folders, files in os.walk(package, followlinks=True):
-            folders.sort()
-            for name in sorted(files):
-                if name.endswith(".py"):
-                    hashed.update((Path(folder) / name).read_bytes())
-        name = hashlib.sha256(place.encode()).hexdigest()[:16]
-        return cls(cache_folder() / f"warm-up-{name}.json", hashed.hexdigest())
 
-    def read(self) -> dict[str, Any] | None:
-        """Return what was reported when everything was compiled; None if it is not, or no longer."""
-        try:
-            found: dict[str, Any] = json.loads(self.path.read_text(encoding="utf-8"))
-            kept = found["made_of"] == self.made_of and all(map(os.path.isfile, found["files"]))
-            return found if kept else None
-        except (OSError, ValueError, KeyError, TypeError):
-            return None
+def _kept_report(record: Path, sources: str) -> dict[str, Any] | None:
+    """Return the report of a warm-up whose files all exist, with nothing compiled since; None without one."""
+    try:
+        report: dict[str, Any] = json.loads(record.read_text(encoding="utf-8"))
+        kept = report["made_of"] == sources and all(map(os.path.isfile, report["files"]))
+        return report | {"compiled": []} if kept else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
 
-    def write(self, report: dict[str, Any]) -> None:
-        """Keep what was reported, if a file can be written."""
-        files = [str(file) for folder in report["folders"] for kind in KERNELS for file in Path(folder).glob(kind)]
-        with suppress(OSError):
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            with replacing(self.path) as file:
-                file.write(json.dumps(report | {"made_of": self.made_of, "files": files}).encode())
+
+def _keep_report(record: Path, report: dict[str, Any], sources: str) -> None:
+    """Write a report and the files that it depends on, if a file can be written."""
+    kernels = ("*.nbi", "*.nbc")
+    files = [str(file) for folder in report["folders"] for kind in kernels for file in Path(folder).glob(kind)]
+    with suppress(OSError):
+        record.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(record) as file:
+            file.write(json.dumps(report | {"made_of": sources, "files": files}).encode())

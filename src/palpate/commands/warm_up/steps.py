@@ -1,6 +1,6 @@
-"""Everything that palpate compiles and keeps, used once: a process of its own, which can be ended in the middle.
+"""Uses everything once that palpate compiles and keeps, as a process of its own, which can be killed at any time.
 
-It writes a line of JSON for every step that it begins, and one at its end.
+The process writes a line of JSON at the start of every step, and one at its end.
 """
 
 import json
@@ -9,7 +9,6 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import IO, Any
 
 import numpy as np
 
@@ -56,46 +55,51 @@ from palpate.sim.friction.law import FrictionLaw
 from palpate.sim.hand.hand import two_finger_hand
 from palpate.spatial import IDENTITY, ZERO
 
-PERIOD = 1e-3
-"""[s] Of control."""
+_PERIOD = 1e-3
+"""Control period [s]."""
 
-WRENCH = np.array((0.3, 0.1, -2.0, 0.004, 0.008, 0.001))
-CORNERS = 0.01 * np.vstack([np.eye(3), -np.eye(3)])
-FACETS = np.array([(0, 1, 2), (1, 3, 2), (3, 4, 2), (4, 0, 2), (1, 0, 5), (3, 1, 5), (4, 3, 5), (0, 4, 5)])
-"""Of an octahedron."""
+_WRENCH = np.array((0.3, 0.1, -2.0, 0.004, 0.008, 0.001))
+_CORNERS = 0.01 * np.vstack([np.eye(3), -np.eye(3)])
+_ANGLE = 2.0 * np.pi * np.arange(3) / 3
+_OUT = np.column_stack([np.cos(_ANGLE), np.sin(_ANGLE), np.zeros(3)])
+_UP = np.tile((0.0, 0.0, 1.0), (3, 1))
+_AXES = np.stack([-_OUT, _UP, np.cross(-_OUT, _UP)], axis=2)
+_GRASP = GraspContacts(0.03 * _OUT, _AXES, 0.6, 0.005, 0.0, 20.0)
+"""Three fingers around a ball of 30 mm."""
 
-Step = tuple[str, Callable[[], object]]
+_FACETS = np.array([(0, 1, 2), (1, 3, 2), (3, 4, 2), (4, 0, 2), (1, 0, 5), (3, 1, 5), (4, 3, 5), (0, 4, 5)])
+"""Corners [m] and triangles of an octahedron."""
 
 
-def steps() -> Iterator[Step]:
-    """Yield what is used, and how, in the order in which people come to it."""
+def steps() -> Iterator[tuple[str, Callable[[], object]]]:
+    """Yield the name of each step and the function that carries it out, most common uses first."""
     tips = (
         ("a sphere", surfaces.Sphere(0.01)),
         ("a paraboloid", surfaces.Paraboloid((0.01, 0.01))),
         ("a capsule", surfaces.Capsule(0.01, 0.03)),
         ("a superellipsoid", surfaces.Superellipsoid((0.01, 0.01, 0.01), 4.0)),
         ("a sphere with deviations", surfaces.NearSphere(0.01, (1e-5,))),
-        ("a mesh", surfaces.MeshSurface(CORNERS, FACETS)),
+        ("a mesh", surfaces.MeshSurface(_CORNERS, _FACETS)),
     )
-    yield "contact on a sphere", partial(contact_from_wrench, tips[0][1], WRENCH)
+    yield "contact on a sphere", partial(contact_from_wrench, tips[0][1], _WRENCH)
     yield "a sensor's samples", partial(FTPipeline, preset_sensor("nano17"))
     yield "the supervisor", _supervise
     yield "the simulation", partial(_simulate, SphereObject(0.04))
     yield "controllers", _control
     yield "arm kinematics", _move_arm
-    yield "shapes of a felt surface", _name_shape
+    yield "shapes of a touched surface", _choose_shape
     yield "a surface map", _map
-    yield "comparison of meshes", partial(TriangleSurface(CORNERS, FACETS).nearest, CORNERS)
-    for wanted in Objective:
-        yield f"grasp forces, {wanted.value.replace('_', ' ')}", partial(_hold, wanted)
+    yield "comparison of meshes", partial(TriangleSurface(_CORNERS, _FACETS).nearest, _CORNERS)
+    for objective in Objective:
+        yield f"grasp forces, {objective.value.replace('_', ' ')}", partial(_hold, objective)
     yield "grasp forces with a reserve", _hold_with_reserve
     yield "grasp forces with shared actuators", _hold_by_tendon
     for name, surface in tips[1:]:
-        yield f"contact on {name}", partial(contact_from_wrench, surface, WRENCH)
+        yield f"contact on {name}", partial(contact_from_wrench, surface, _WRENCH)
     for name, target in (
         ("ring", Torus(0.06, 0.025)),
         ("height field", bumps()),
-        ("mesh", TracedMesh(Triangles(4.0 * CORNERS, FACETS))),
+        ("mesh", TracedMesh(Triangles(4.0 * _CORNERS, _FACETS))),
     ):
         yield f"simulation of a {name}", partial(_simulate, target)
     yield "simulation of friction", partial(_simulate, SphereObject(0.04), FrictionLaw())
@@ -108,7 +112,7 @@ def _simulate(target: SceneObject, friction: FrictionLaw | None = None) -> None:
     backend.start()
     backend.step(Command())
     backend.close()
-    points = CORNERS.copy()
+    points = _CORNERS.copy()
     target.signed_distance(points)
     points.setflags(write=False)
     target.signed_distance(points)
@@ -119,12 +123,12 @@ def _simulate(target: SceneObject, friction: FrictionLaw | None = None) -> None:
 
 def _control() -> None:
     prepare()
-    NormalTracker(PERIOD, 0.01, 0.02)
+    NormalTracker(_PERIOD, 0.01, 0.02)
     RubMeter()
-    LoadAhead(0.01, PERIOD)
-    WrenchAhead(0.01, PERIOD)
-    OpposedLoad(two_finger_hand(), ForceErrors(0.01), LoadNoise(), 0.004, PERIOD)
-    LoadFall(PERIOD)
+    LoadAhead(0.01, _PERIOD)
+    WrenchAhead(0.01, _PERIOD)
+    OpposedLoad(two_finger_hand(), ForceErrors(0.01), LoadNoise(), 0.004, _PERIOD)
+    LoadFall(_PERIOD)
 
 
 def _supervise() -> None:
@@ -143,8 +147,8 @@ def _move_arm() -> None:
     MujocoBackend(scene).close()
 
 
-def _name_shape() -> None:
-    """A cap of a ball of 40 mm, felt at 25 places."""
+def _choose_shape() -> None:
+    """Fit shapes to 25 contacts on a cap of a ball of 40 mm."""
     x, y = (each.ravel() for each in np.meshgrid(*[np.linspace(-0.4, 0.4, 5)] * 2))
     normal = np.column_stack([x, y, np.sqrt(1.0 - x**2 - y**2)])
     force, none = np.ones(len(x)), np.zeros((len(x), 3))
@@ -152,7 +156,7 @@ def _name_shape() -> None:
 
 
 def _map() -> None:
-    """What a finger feels of a ball of 40 mm along two rows."""
+    """Map the contacts of two rows on a ball of 40 mm."""
     row = np.linspace(-0.3, 0.3, 400)
     angle = np.column_stack([np.concatenate([row, row[::-1]]), np.repeat((0.0, 0.03), len(row))])
     normal = np.column_stack([np.sin(angle), np.cos(angle[:, 0])])
@@ -166,48 +170,33 @@ def _map() -> None:
     fit_primitive(cloud.thinned(1e-3), PrimitiveKind.SPHERE)
 
 
-def _three_fingers() -> GraspContacts:
-    """Around a ball of 30 mm."""
-    angle = 2.0 * np.pi * np.arange(3) / 3
-    out = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(3)])
-    up = np.tile((0.0, 0.0, 1.0), (3, 1))
-    return GraspContacts(0.03 * out, np.stack([-out, up, np.cross(-out, up)], axis=2), 0.6, 0.005, 0.0, 20.0)
-
-
-GRASP = _three_fingers()
-
-
-def _hold(wanted: Objective) -> None:
-    GraspForceOptimizer(GRASP, wanted).solve(-WRENCH)
+def _hold(objective: Objective) -> None:
+    GraspForceOptimizer(_GRASP, objective).solve(-_WRENCH)
 
 
 def _hold_by_tendon() -> None:
-    GraspForceOptimizer(GRASP, shared_actuators=(np.full((1, 12), 0.01), -1.0, 1.0)).solve(-WRENCH)
+    GraspForceOptimizer(_GRASP, shared_actuators=(np.full((1, 12), 0.01), -1.0, 1.0)).solve(-_WRENCH)
 
 
 def _hold_with_reserve() -> None:
-    RobustLeastEffort(GRASP, GraspUncertainty(np.full(3, 0.05), np.full(3, 5e-4))).solve(-WRENCH)
-    load, size = ScaledGrasp.of(GRASP).load(1e3 * WRENCH)
-    least_violation(ScaledGrasp.of(GRASP).sized(size), load, 0.01)
+    RobustLeastEffort(_GRASP, GraspUncertainty(np.full(3, 0.05), np.full(3, 5e-4))).solve(-_WRENCH)
+    load, size = ScaledGrasp.of(_GRASP).load(1e3 * _WRENCH)
+    least_violation(ScaledGrasp.of(_GRASP).sized(size), load, 0.01)
 
 
 def main() -> None:
-    """Do it all."""
+    """Carry out all steps."""
     # ended by Ctrl-C as by a kill, in the middle of LLVM too: the parent process reports it
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     out = os.fdopen(os.dup(1), "w", buffering=1)
     os.dup2(2, 1)
     everything = list(steps())
-    for number, (what, use) in enumerate(everything, start=1):
-        _write(out, step=what, number=number, of=len(everything))
+    for number, (name, use) in enumerate(everything, start=1):
+        out.write(json.dumps({"step": name, "number": number, "of": len(everything)}) + "\n")
         use()
     modules = [vars(module) for name, module in sys.modules.items() if name.startswith("palpate.")]
     folders = {folder for names in modules for each in names.values() if (folder := compiling.kept_in(each))}
-    _write(out, compiled=compiling.KEPT, folders=sorted(folders))
-
-
-def _write(out: IO[str], **report: Any) -> None:
-    out.write(json.dumps(report) + "\n")
+    out.write(json.dumps({"compiled": compiling.KEPT_KERNELS, "folders": sorted(folders)}) + "\n")
 
 
 if __name__ == "__main__":

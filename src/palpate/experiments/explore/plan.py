@@ -22,8 +22,8 @@ from palpate.controllers.explore_parameters import ACCELERATION
 from palpate.controllers.paths import Circuit, Hop, Leg, Mark, PathPlane, Point, SingleTouch, Stroke
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import FASTEST, SLOWEST, ExploreConfig
+from palpate.experiments.explore.experiment import FILE_NAMES
 from palpate.experiments.explore.explored_object import object_of, object_texts
-from palpate.experiments.explore.files import FILE_NAMES
 from palpate.experiments.explore.objects import FROM_FILE
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Effort, Scan, scan_on
 from palpate.experiments.kit.checks import (

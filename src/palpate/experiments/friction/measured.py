@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from palpate.experiments.friction.result import FrictionResult
 from palpate.experiments.friction.words import bound_reason, bound_words
 from palpate.friction.friction_file import FrictionEstimate, How
-from palpate.reporting.interval_words import interval_words, value_words
+from palpate.reporting.data import interval_words, value_words
 
 
 @dataclass(frozen=True, slots=True)

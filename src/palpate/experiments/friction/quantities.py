@@ -4,8 +4,7 @@ from palpate.experiments.friction.result import FrictionResult
 from palpate.experiments.friction.words import bound_reason, bound_words, no_spin_length
 from palpate.friction.friction_file import FrictionEstimate, FrictionFile, How
 from palpate.friction.rubbing.sliding import FrictionMeasured
-from palpate.reporting.data import Quantity
-from palpate.reporting.interval_words import interval_words, value_words
+from palpate.reporting.data import Quantity, interval_words, value_words
 from palpate.robots.known_truth import time_name
 
 

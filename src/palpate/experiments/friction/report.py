@@ -23,10 +23,9 @@ from palpate.experiments.friction.stroke_curves import stroke_curves
 from palpate.experiments.friction.summary import measured_lengths
 from palpate.experiments.friction.words import outcome, settings
 from palpate.experiments.kit.recorded_periods import recorded_series
-from palpate.reporting.computing import computing
 from palpate.reporting.figure import Figure
-from palpate.reporting.force_figure import force_overview
 from palpate.reporting.report import Figures, Report, Section, TextTable
+from palpate.reporting.run_figures import computing, force_overview
 from palpate.runtime import Ending
 
 CURVE_POINTS = 80

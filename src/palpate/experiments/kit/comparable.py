@@ -1,4 +1,4 @@
-"""What results of runs may offer besides metrics, so that runs can be overlaid."""
+"""Optional data of results besides metrics, for figures of several runs."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -12,11 +12,11 @@ class ErrorSample:
     """Errors of a run whose spread is worth a figure.
 
     Attributes:
-        title: What they are.
-        caption: What one sees and what is good.
-        quantity: What the axis tells.
-        unit: Of it.
-        values: In that unit, any number of them.
+        title: Title of the figure.
+        caption: Caption: what the figure shows, and what is good.
+        quantity: Name of the axis.
+        unit: Unit of the axis.
+        values: Errors in that unit, shape (n,).
     """
 
     title: str
@@ -28,20 +28,20 @@ class ErrorSample:
 
 @runtime_checkable
 class WithSetForce(Protocol):
-    """A result that knows which normal force was asked for."""
+    """A result with the set normal force."""
 
     @property
     def set_force(self) -> FloatArray:
-        """In every period, shape (n,) [N]; NaN where none was."""
+        """Set normal force in every period, shape (n,) [N]; NaN where there is none."""
         ...
 
 
 @runtime_checkable
 class WithErrors(Protocol):
-    """A result that knows its errors."""
+    """A result with errors."""
 
     def error_samples(self) -> tuple[ErrorSample, ...]:
-        """Return them; none where the truth is not known."""
+        """Return the errors; none where the truth is unknown."""
         ...
 
 
@@ -50,12 +50,12 @@ class FeltMap(Protocol):
 
     @property
     def surface(self) -> SurfaceMap:
-        """What can be asked where the surface is."""
+        """Estimated surface, to be queried at any point."""
         ...
 
     @property
     def mesh(self) -> SurfaceMesh:
-        """What is known of it, as triangles."""
+        """Estimated surface as triangles."""
         ...
 
 
@@ -65,5 +65,5 @@ class WithMap(Protocol):
 
     @property
     def claimed_map(self) -> FeltMap | None:
-        """It, if it claims anything."""
+        """Map, if it claims any surface."""
         ...

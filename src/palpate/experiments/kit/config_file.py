@@ -1,4 +1,4 @@
-"""The configuration of a run as YAML: the few values that people write, and every value, exactly, for a log."""
+"""Configuration of a run as YAML: the few values that users write, and every value, exactly, for a log."""
 
 import os
 import platform
@@ -17,36 +17,36 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 EXPERIMENT_TEXT = "experiment.yaml"
-"""Under this name every log keeps what was asked for."""
+"""Name of the configuration in every log."""
 
 NAME_KEY = "experiment"
-"""Which experiment it is, by the name or the `module:Class` that finds it."""
+"""Key of the experiment's name or `module:Class`."""
 
 OTHER_FILES = {
     "palpate_robot": "this is a robot file: give it with --robot, or as `robot: FILE` in an experiment file",
     "palpate_sensor": "this is a sensor file: a robot file names it, as `sensor: FILE`",
 }
-"""Files that people take for experiment files, by the key that tells them."""
+"""Files that are mistaken for experiment files: the key that identifies them, and the remedy."""
 
 
 def config_text(experiment: str, config: "DataclassInstance") -> str:
-    """Return a configuration as YAML, every value written out; `read_config` gives back the very same.
+    """Return a configuration as YAML with every value; `read_config` restores it exactly.
 
     Args:
-        experiment: What finds the experiment again.
-        config: Of it.
+        experiment: Name of the experiment, or its `module:Class`.
+        config: Configuration of the experiment.
 
     Raises:
-        InvalidValueError: A path in it cannot be written as text.
+        InvalidValueError: If a path cannot be written as text.
     """
     return yaml_text({NAME_KEY: experiment, **plain_values(config)})
 
 
 def experiment_in(text: str) -> str:
-    """Return which experiment a text of `config_text` is of.
+    """Return the experiment that a text of `config_text` names.
 
     Raises:
-        InvalidValueError: It names none.
+        InvalidValueError: If the text names none.
     """
     found = read_mapping(text, "an experiment file").get(NAME_KEY)
     if not isinstance(found, str):
@@ -55,29 +55,29 @@ def experiment_in(text: str) -> str:
 
 
 def read_config(text: str, kind: type[Any]) -> Any:
-    """Return the configuration that `config_text` wrote, or that somebody wrote by hand: the rest is default.
+    """Return the configuration in a text, written by `config_text` or by hand; missing values are defaults.
 
     Args:
-        text: Of it.
-        kind: The experiment's `Config`.
+        text: Text of the file.
+        kind: Class `Config` of the experiment.
 
     Raises:
-        InvalidValueError: A key is misspelt, a value of the wrong type, or they cannot be together.
+        InvalidValueError: If a key is misspelt, a value has the wrong type, or values contradict each other.
     """
     return decode(_without_name(read_mapping(text, "an experiment file")), kind, text)
 
 
 def load_overlay(path: Path, experiment: str, kind: type[Any]) -> dict[str, object]:
-    """Return the options that an experiment file gives; files that it names are looked for next to it.
+    """Return the options in an experiment file; files that it names are searched beside it.
 
     Args:
-        path: Of the file.
-        experiment: That it must be for, if it names one.
-        kind: The experiment's `Config`.
+        path: Path of the file.
+        experiment: Experiment that the file must be for, if it names one.
+        kind: Class `Config` of the experiment.
 
     Raises:
-        InvalidValueError: It cannot be read, a key is misspelt, a value of the wrong type, or it is for another
-            experiment; the message names the file.
+        InvalidValueError: If the file cannot be read, a key is misspelt, a value has the wrong type, or the file
+            is for another experiment; the message names the file.
     """
     try:
         values = load(path, lambda text: _overlay(text, experiment, kind), "an experiment file")

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from palpate.experiments.kit.metric import Finding, Metric
 
@@ -24,18 +24,18 @@ if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.viewing import ViewScene
 
 Writer = Callable[[Path], object]
-"""Writes a file at a path; raises OSError if it cannot."""
+"""Function that writes a file at a path, or raises OSError."""
 
 
 @dataclass(frozen=True, slots=True)
 class DryRun:
-    """What a run would do, known before anything moves.
+    """Preview of a run, before anything moves.
 
     Attributes:
-        task: What it is, for a title.
-        metrics: What is known beforehand: durations, forces, speeds.
-        files: Names of the files that it would write besides report and log.
-        notes: What people should know before, a sentence each.
+        task: Title of the run.
+        metrics: Quantities known beforehand: durations, forces, speeds.
+        files: Names of the files written besides report and log.
+        notes: Remarks for the user, a sentence each.
     """
 
     task: str
@@ -45,51 +45,51 @@ class DryRun:
 
 
 class Plan(Protocol):
-    """A run that can be carried out: everything checked and built, nothing moved yet.
+    """Plan of a run: everything is checked and built, nothing has moved yet.
 
     `PlanDefaults` implements the methods below `dry_run` as most experiments need them.
     """
 
     @property
     def config(self) -> Any:
-        """What is carried out, an instance of the experiment's `Config`."""
+        """Configuration of the run, an instance of the experiment's `Config`."""
         ...
 
     @property
     def robot(self) -> "Robot | None":
-        """What carries it out; None for a simulation that no robot file describes."""
+        """Robot of the run; None for a simulation that no robot file describes."""
         ...
 
     @property
     def fingers(self) -> "Sequence[FingerDescription]":
-        """For touch, one per finger."""
+        """Descriptions of the fingers for touch."""
         ...
 
     @property
     def limits(self) -> "Limits":
-        """For the supervisor."""
+        """Limits for the supervisor."""
         ...
 
     @property
     def hand_kinematics(self) -> "HandKinematics | None":
-        """Geometry of the hand whose fingers feel; None for a fingertip at the end of an arm."""
+        """Geometry of the hand whose fingers touch; None for a fingertip at the end of an arm."""
         ...
 
     @property
     def expected_duration(self) -> float:
-        """About how long it takes [s]."""
+        """Expected duration of the run [s]."""
         ...
 
     @property
     def longest_duration(self) -> float:
-        """After which it is stopped [s]."""
+        """Duration after which the run is stopped [s]."""
         ...
 
     def backend(self) -> "Backend":
         """Return the robot, ready to be started once.
 
         Raises:
-            InvalidValueError: It cannot be built as its file describes, or cannot be simulated.
+            InvalidValueError: If the robot cannot be built as its file describes, or cannot be simulated.
         """
         ...
 
@@ -102,58 +102,58 @@ class Plan(Protocol):
         ...
 
     def dry_run(self) -> DryRun:
-        """Return what it would do."""
+        """Return the preview of the run."""
         ...
 
     def view(self) -> "ViewScene":
-        """Return what there is to see of it; for a rig that carries a fingertip, a plan on its twin is asked.
+        """Return the scene for the view; commands ask the plan of a real robot's simulated twin.
 
         Raises:
-            InvalidValueError: Nothing of it is simulated.
+            InvalidValueError: If nothing of the run is simulated.
         """
         ...
 
     @property
     def preparation(self) -> str:
-        """What `prepared` does, as "pressing, to find stiffness and delay"; empty if it does nothing."""
+        """Description of `prepared`, as "pressing, to find stiffness and delay"; empty if it does nothing."""
         ...
 
     def prepared(self) -> "Plan":
-        """Measure what the plan needs first, on a robot and scene of its own, and return the plan with it.
+        """Take the measurements that the plan needs, on a scene of their own, and return the completed plan.
 
         Raises:
-            InvalidValueError: The measurement has failed; the message names the reason.
+            InvalidValueError: If a measurement fails; the message names the reason.
         """
         ...
 
     def changes(self) -> "Sequence[Change]":
-        """Return the changes of live parameters that were asked for beforehand."""
+        """Return the scheduled changes of live parameters."""
         ...
 
     @property
     def following(self) -> "FollowingMaker":
-        """What compares the motion of the robot with its commands."""
+        """Maker of the comparison between the robot's motion and its commands."""
         ...
 
     def guards(self) -> "tuple[Guard, ...]":
-        """Return fresh guards for the supervisor of a run, besides those that every run has."""
+        """Return fresh guards for the supervisor, in addition to the guards of every run."""
         ...
 
     def observer(self, controller: Any, truth: "TruthSource | None") -> "Observer | None":
-        """Return what keeps, every period, what `Experiment.evaluate` needs besides record and truth.
+        """Return an observer that collects data for `Experiment.evaluate`; None if record and truth suffice.
 
         Args:
-            controller: A fresh one of this plan, which is about to run.
+            controller: Fresh controller of this plan, which is about to run.
             truth: Source of the simulation's truth, live or from a log; None on a robot.
         """
         ...
 
     def companion(self) -> "Plan | None":
-        """Return a second run to compare the first one with; None if none was asked for."""
+        """Return the plan of a second run for comparison; None without one."""
         ...
 
     def shown_plan(self, controller: Any) -> "PlanSource | None":
-        """Return the source of the path that a view shows of this controller; None if there is nothing to show."""
+        """Return the source of the path that a view shows of this controller; None without a path."""
         ...
 
 
@@ -164,12 +164,12 @@ class PlanDefaults:
 
     @property
     def hand_kinematics(self) -> "HandKinematics | None":
-        """None: a fingertip at the end of an arm."""
+        """Return None: a fingertip at the end of an arm."""
         return None
 
     @property
     def preparation(self) -> str:
-        """Nothing."""
+        """Empty: the plan needs no measurement."""
         return ""
 
     def prepared(self) -> Any:
@@ -181,30 +181,30 @@ class PlanDefaults:
         return {}
 
     def changes(self) -> "Sequence[Change]":
-        """Return none."""
+        """Return an empty tuple."""
         return ()
 
     @property
     def following(self) -> "FollowingMaker":
-        """Of any robot: nothing is known of its servos."""
+        """Commands as they are: no model of the servos is known."""
         from palpate.runtime.following import CommandedMotion
 
         return CommandedMotion
 
     def guards(self) -> "tuple[Guard, ...]":
-        """Return none."""
+        """Return an empty tuple."""
         return ()
 
     def observer(self, controller: Any, truth: "TruthSource | None") -> "Observer | None":
-        """Return none: record and truth suffice."""
+        """Return None: record and truth suffice."""
         return None
 
     def companion(self) -> Any:
-        """Return none."""
+        """Return an empty tuple."""
         return None
 
     def shown_plan(self, controller: Any) -> "PlanSource | None":
-        """Return none."""
+        """Return an empty tuple."""
         return None
 
 
@@ -213,47 +213,29 @@ class Result(Protocol):
 
     @property
     def run(self) -> "RunResult":
-        """How it ended, and its timing."""
+        """Ending and timing of the run."""
         ...
 
 
-class ShownResult:
-    """A result that a notebook shows by outcome, key metrics and the first figure of its report; a base class.
-
-    Attributes:
-        experiment: Name of the experiment of the result, or `module:Class`.
-    """
-
-    __slots__ = ()
-
-    experiment: ClassVar[str]
-
-    def _repr_html_(self) -> str:
-        from palpate.experiments.kit.registry import experiment_named
-        from palpate.reporting.notebook import report_fragment
-
-        return report_fragment(experiment_named(self.experiment).report(self))
-
-
 class Experiment(Protocol):
-    """An idea that can be run, dry-run, recorded, replayed, swept, viewed, compared and reported."""
+    """An experiment that commands run, preview, record, replay, sweep, view, compare and report."""
 
     @property
     def name(self) -> str:
-        """As typed after `palpate`."""
+        """Command that is typed after `palpate`."""
         ...
 
     @property
     def summary(self) -> str:
-        """One line."""
+        """Description in one line."""
         ...
 
     @property
     def Config(self) -> type[Any]:
         """A frozen dataclass, light to import: its fields are the options.
 
-        Each has a default and a docstring below it, and `option` gives its unit and bounds. It has the fields
-        `robot`, `seed` and `out`.
+        Every field has a default and a docstring; `option` states unit and bounds. The fields `robot`, `seed` and
+        `out` are required.
         """
         ...
 
@@ -266,20 +248,20 @@ class Experiment(Protocol):
         """Check and build everything; nothing moves, no device is opened.
 
         Args:
-            config: What to do, an instance of `Config`.
-            robot: What carries it out; None if `config.robot` is None.
-            attachments: What the log of an earlier run kept (see `Plan.attachments`); empty for a new run.
+            config: Configuration, an instance of `Config`.
+            robot: Robot of the run; None if `config.robot` is None.
+            attachments: Texts of the log of an earlier run (see `Plan.attachments`); empty for a new run.
 
         Raises:
-            InvalidValueError: It cannot be carried out; the message names the remedy.
+            InvalidValueError: If the run cannot be carried out; the message names the remedy.
         """
         ...
 
     def evaluate(self, plan: Any, recorded: "Recorded") -> Result:
-        """Return the result of a run, however it ended: one that has just ended, or one from its log.
+        """Return the result of a run that has just ended, or of its log, whatever ended the run.
 
         Raises:
-            InvalidValueError: Nothing can be evaluated; the message names the reason.
+            InvalidValueError: If nothing can be evaluated; the message names the reason.
         """
         ...
 
@@ -288,11 +270,11 @@ class Experiment(Protocol):
         ...
 
     def files(self, result: Any) -> Mapping[str, Writer]:
-        """Return what is written besides report and log, by file name."""
+        """Return the writers of the files besides report and log, by file name."""
         ...
 
     def cloud(self, result: Any) -> "Cloud | None":
-        """Return the points that the log is to have as its topic /map; None for none."""
+        """Return the points for the log's topic /map; None for none."""
         ...
 
 

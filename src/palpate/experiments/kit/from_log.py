@@ -1,4 +1,4 @@
-"""A run from its log: planned again, and its samples fed again through touch, controller and observer."""
+"""Evaluation of a log: the run is planned again, and its samples pass through touch, controller and observer."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -28,12 +28,12 @@ NOTHING_SET: Mapping[str, object] = MappingProxyType({})
 
 @dataclass(frozen=True, slots=True)
 class LoggedRun:
-    """What a log is of.
+    """Log of a run, with its experiment and configuration.
 
     Attributes:
-        log: As read.
-        experiment: That it is of.
-        config: What was asked for, but for what is of the recorded run alone (live changes, a companion).
+        log: Log as read.
+        experiment: Experiment of the run.
+        config: Configuration without options of the recorded run alone (live changes, a companion).
     """
 
     log: Log
@@ -42,15 +42,15 @@ class LoggedRun:
 
     @classmethod
     def of(cls, log: Log) -> "LoggedRun":
-        """Return what a log is of.
+        """Return experiment and configuration of a log.
 
         Raises:
-            InvalidValueError: Of no experiment, of one that is not installed, or of another version of it.
+            InvalidValueError: If the log has no experiment, or if it is not installed or has another version.
         """
         if EXPERIMENT_TEXT not in log.attachments:
             raise InvalidValueError(
                 f"{log.path} is no log of an experiment: it has no {EXPERIMENT_TEXT}, so that sensing and "
-                "control are unknown; palpate.runtime.replay replays any log with those that it is given"
+                "control are unknown; palpate.runtime.replay replays any log with a given touch and controller"
             )
         text = log.attachments[EXPERIMENT_TEXT]
         experiment = experiment_named(experiment_in(text))
@@ -68,12 +68,12 @@ class LoggedRun:
         """Return the run's plan.
 
         Args:
-            config: Another configuration; the recorded one if not given.
-            settings: What it has otherwise, by name.
-            robot: Another robot than the log's, or than `settings` names.
+            config: Configuration that replaces the recorded one.
+            settings: Changed options by name.
+            robot: Robot that replaces the robot of the log and of `settings`.
 
         Raises:
-            InvalidValueError: It cannot be planned so.
+            InvalidValueError: If the run cannot be planned with these.
         """
         texts = dict(self.log.attachments)
         for each in fields(self.config):
@@ -90,7 +90,7 @@ class LoggedRun:
         """Return a back end that replays the recorded samples, with the recorded truth if there is one.
 
         Raises:
-            InvalidValueError: There is nothing to replay.
+            InvalidValueError: If there is nothing to replay.
         """
         log = self.log
         samples = islice(log.samples(), extent_of(log).count)
@@ -100,7 +100,7 @@ class LoggedRun:
         """Return the result of the run, evaluated from its log alone.
 
         Raises:
-            InvalidValueError: It cannot be planned again or evaluated.
+            InvalidValueError: If the run cannot be planned again or evaluated.
         """
         plan = self.plan()
         run = RecordedRun(plan, self.backend())
@@ -109,7 +109,7 @@ class LoggedRun:
         return self.experiment.evaluate(plan, replace(recorded, periods=RecordedPeriods.of_log(self.log)))
 
     def _as_it_ended(self, again: RunResult) -> RunResult:
-        """How the recorded run ended, with the timing of this one."""
+        """Return the ending of the recorded run, with the timing of this one."""
         endings = [event.text.removeprefix("ended: ") for event in self.log.events if event.source == "run"]
         ending = Ending(endings[-1]) if endings and endings[-1] in list(Ending) else Ending.INTERRUPTED
         kept = RecordingSummary(self.log.path, len(self.log))
@@ -117,7 +117,7 @@ class LoggedRun:
 
 
 def _check_kind(robot: Robot, recorded: Robot | None) -> None:
-    """Refuse a robot with another kind of back end than the recorded one: the samples are of that one."""
+    """Refuse a robot whose back end differs in kind from the one that took the samples."""
     kinds = [name_of_kind(each.file.backend) for each in (robot, recorded) if each is not None]
     if len(set(kinds)) > 1:
         raise InvalidValueError(

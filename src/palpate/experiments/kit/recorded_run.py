@@ -1,4 +1,4 @@
-"""One run of a plan, kept however it ends: on a robot, in simulation, or again from its log."""
+"""One run of a plan and its record: on a robot, in simulation, or again from its log."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from palpate.runtime.loop import Live
 from palpate.runtime.truth import TruthTable, truth_source
 
 ProgressCallback = Callable[[str], None]
-"""Is called with the name of each step of an evaluation, for a progress display."""
+"""Function that is called with the name of each step of an evaluation."""
 
 
 def no_progress(step: str) -> None:
@@ -110,12 +110,12 @@ class Recorded:
     """The record of a finished run: the input of `Experiment.evaluate`.
 
     Attributes:
-        run: Ending and timing of the run.
-        controller: Controller of the run, in its last state.
-        observer: Observer of the plan; None if it has none.
+        run: Ending and timing.
+        controller: Controller in its final state.
+        observer: Observer of the plan, with its data; None if the plan has none.
         periods: Periods of the run.
-        companion: Record of the plan's companion, if that was run.
-        progress: Function called with the name of each step of the evaluation.
+        companion: Record of the plan's companion, if it was run.
+        progress: Function that is called with the name of each step of the evaluation.
     """
 
     run: RunResult
@@ -128,24 +128,24 @@ class Recorded:
     def record(self, finger: int = 0) -> Record:
         """Return every period, base coordinates, for one finger.
 
-        Of a run of more than 2**18 periods, four minutes at 1 kHz, it is a share of them, evenly over time; for
-        metrics that need all of them, `periods.pieces` yields them one piece after the other.
+        A run of more than 2**18 periods, four minutes at 1 kHz, is thinned evenly over time; `periods.pieces`
+        yields all periods in pieces, for metrics that need every one.
         """
         return self.periods.record(finger)
 
     @property
     def truth(self) -> TruthTable:
-        """What really happened in each period of `record`; a table without columns on a robot."""
+        """Truth of the simulation in each period of `record`; a table without columns on a robot."""
         return self.periods.shown().truth
 
     @property
     def contact_truth(self) -> ContactTruth:
-        """The same of a single fingertip's contact; NaN on a robot."""
+        """True contact of a single fingertip in each period of `record`; NaN on a robot."""
         return ContactTruth.of(self.truth, len(self.record()))
 
     @property
     def changes(self) -> tuple[Change, ...]:
-        """Live parameters that were changed, as they took effect."""
+        """Changes of live parameters, as they took effect."""
         return tuple(self.periods.memory.changes)
 
     def change_outcomes(self, asked: Sequence[Change], work: Phase) -> tuple[ChangeOutcome, ...]:
@@ -166,8 +166,8 @@ class Recorded:
         """Return a live parameter in every period of `record`.
 
         Args:
-            name: Of the parameter.
-            live: Of a fresh controller of the same plan: it ramps again as it did in the run.
+            name: Name of the parameter.
+            live: Live parameters of a fresh controller of the same plan, which ramp as in the run.
         """
         times = self.record().time
         if not len(times):
@@ -180,9 +180,9 @@ class Recorded:
         """Return what gives a live parameter at times of the run, which rise from call to call.
 
         Args:
-            live: Of a fresh controller of the same plan.
+            live: Live parameters of a fresh controller of the same plan.
             start: Time of the first period [s].
-            thinned: Whether there were periods between these times.
+            thinned: Whether periods between these times are missing.
         """
         changes = [replace(each, time=each.time - start) for each in self.periods.memory.changes]
         again, before = ScheduledChanges(live, changes), start
@@ -203,18 +203,18 @@ class Recorded:
 
 
 class RecordedRun:
-    """A run that is carried out once; what it recorded is available however it ended.
+    """A run that is carried out once; its record is available whatever ended it.
 
     Attributes:
-        backend: The robot.
-        controller: What moves it; its live parameters take requests while it runs.
+        backend: Robot.
+        controller: Controller, whose live parameters take requests during the run.
     """
 
     def __init__(self, plan: Plan, backend: Backend | None = None) -> None:
-        """Take what to do, and who does it if not the plan's own back end.
+        """Build back end and controller of a plan; `backend` replaces the plan's own back end.
 
         Raises:
-            InvalidValueError: The back end cannot be built as its robot file describes.
+            InvalidValueError: If the back end cannot be built as its robot file describes.
         """
         self._plan, self.backend = plan, plan.backend() if backend is None else backend
         self.controller: Any = plan.controller()
@@ -227,15 +227,15 @@ class RecordedRun:
         sinks: Sequence[Sink] = (),
         live: Live | None = None,
     ) -> RunResult:
-        """Move the robot.
+        """Carry out the run.
 
         Args:
-            observers: Called every period, for example to show progress.
-            sinks: Where to record it, beside memory.
-            live: In the place of the changes that were asked for beforehand, as a log has them.
+            observers: Observers that are called every period, for example to show progress.
+            sinks: Sinks of the recording besides memory.
+            live: Source of live changes that replaces the plan's scheduled ones.
 
         Raises:
-            KeyboardInterrupt: The robot was stopped; `recorded` still returns what there is.
+            KeyboardInterrupt: On Ctrl-C, once the robot is stopped; `recorded` returns the periods until then.
         """
         plan, own = self._plan, () if self._observer is None else (self._observer,)
         if any(isinstance(sink, LogWriter) for sink in sinks):
@@ -258,7 +258,7 @@ class RecordedRun:
     def recorded(
         self, result: RunResult, companion: Recorded | None = None, progress: ProgressCallback = no_progress
     ) -> Recorded:
-        """Return what there is of a run that went like `result`."""
+        """Return the record of the run with this ending."""
         periods = RecordedPeriods.of(self._memory, result)
         return Recorded(result, self.controller, self._observer, periods, companion, progress)
 
@@ -267,13 +267,13 @@ def carry_out(plan: Plan, observers: Sequence[Observer] = (), sinks: Sequence[Si
     """Run a plan, and its companion after it if there is one.
 
     Args:
-        plan: What to do.
-        observers: Called every period of the first run.
-        sinks: Where to record the first run, beside memory.
+        plan: Plan of the run.
+        observers: Observers that are called every period of the first run.
+        sinks: Sinks of the first run's recording besides memory.
 
     Raises:
-        InvalidValueError: The back end cannot be built as its robot file describes.
-        KeyboardInterrupt: The robot was stopped. A `RecordedRun` still knows what was found until then.
+        InvalidValueError: If the back end cannot be built as its robot file describes.
+        KeyboardInterrupt: On Ctrl-C, once the robot is stopped.
     """
     first, companion = RecordedRun(plan), plan.companion()
     result = first.run(observers, sinks)

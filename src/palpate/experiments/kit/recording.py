@@ -1,6 +1,7 @@
 """Output of a run: its log, its report and its files."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -18,8 +19,8 @@ from palpate.experiments.kit.options import lasting
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.registry import experiment_named, reference_to
 from palpate.extras import MissingLibraryError
-from palpate.reporting.figure_kind import FigureKind
-from palpate.reporting.page import write_report
+from palpate.reporting.data import FigureKind
+from palpate.reporting.page import WrittenReport, write_report
 from palpate.reporting.report import Report
 from palpate.robots.robot import ROBOT_TEXT, read_robot
 from palpate.runtime import RunResult
@@ -28,15 +29,12 @@ from palpate.runtime.log.standard.cloud import Cloud
 from palpate.runtime.log.standard.topics import PLAIN_ROBOT, RobotNotes
 from palpate.runtime.log.told_log import add_topics
 
-REPORT = "report.html"
-"""Every run writes one."""
-
-FIGURES = "figures"
-"""Folder of its pictures as files, where they are asked for."""
+REPORT_FILE = "report.html"
+"""File name of the report."""
 
 
 def log_texts(experiment: Experiment, plan: Plan) -> dict[str, str]:
-    """Return all that a log keeps, by file name: from it the very same is planned again."""
+    """Return the attachments of a log, by file name, from which the same run can be planned again."""
     robot = {} if plan.robot is None else plan.robot.texts
     asked = config_text(reference_to(experiment), plan.config)
     return {EXPERIMENT_TEXT: asked, **robot, **plan.attachments(), VERSIONS_TEXT: versions_text()}
@@ -44,17 +42,17 @@ def log_texts(experiment: Experiment, plan: Plan) -> dict[str, str]:
 
 def log_writer(experiment: Experiment, plan: Plan, folder: Path) -> LogWriter:
     """Return the writer of a log from which the run can be replayed."""
-    path = new_log_path(folder, datetime.now())  # local time: people look for it by their clock
+    path = new_log_path(folder, datetime.now())  # local time, by which users look for it
     return LogWriter(path, log_texts(experiment, plan))
 
 
 def robot_notes(plan: Plan) -> RobotNotes:
-    """Return what topics that other tools read need to know of a plan's robot."""
+    """Return the notes on a plan's robot that topics for other tools need."""
     return RobotNotes(plan.hand_kinematics, tuple(finger.gives_wrenches for finger in plan.fingers))
 
 
 def notes_in(texts: Mapping[str, str]) -> RobotNotes:
-    """Return the same of the robot of a log, from the texts that it keeps; what they do not tell is not noted."""
+    """Return the notes on the robot of a log, as far as its attachments have them."""
     try:
         text = texts[EXPERIMENT_TEXT]
         experiment = experiment_named(experiment_in(text))
@@ -65,15 +63,15 @@ def notes_in(texts: Mapping[str, str]) -> RobotNotes:
 
 
 def tell_log(plan: Plan, run: RunResult, cloud: Cloud | None = None) -> None:
-    """Write the log of a run anew with topics that other tools read; where something of it is lost, it stays.
+    """Rewrite the log of a run with topics for other tools; a log with lost records stays unchanged.
 
     Args:
-        plan: Of the run.
-        run: How it ended.
-        cloud: What was found.
+        plan: Plan of the run.
+        run: Ending of the run.
+        cloud: Points of the map; None for none.
 
     Raises:
-        OSError: The log cannot be written; it is as it was.
+        OSError: If the log cannot be written; it stays unchanged.
     """
     recording = run.recording
     if recording is not None and recording.path is not None and recording.problem is None:
@@ -82,44 +80,29 @@ def tell_log(plan: Plan, run: RunResult, cloud: Cloud | None = None) -> None:
 
 def write_result(
     experiment: Experiment, result: Result, report: Report, folder: Path, figures: FigureKind | None = None
-) -> tuple[Path, ...]:
+) -> WrittenReport:
     """Write report and files of a run into a folder, which is made if need be.
 
     Args:
-        experiment: That was carried out.
-        result: What it found.
-        report: On it.
-        folder: Where to.
-        figures: As which files the report's pictures are written, too; None: as none.
+        experiment: Experiment of the run.
+        result: Result of the run.
+        report: Report of the result.
+        folder: Output folder.
+        figures: Kind of files in which the figures are written, too; None for none.
 
     Returns:
-        The files, the report first.
+        The files, the report first, and the figures that could not be drawn.
 
     Raises:
-        InvalidValueError: The folder cannot be made.
-        OSError: A file cannot be written.
+        InvalidValueError: If the folder cannot be made.
+        OSError: If a file cannot be written.
     """
     make_folder(folder)
-    write_report(report, folder / REPORT)
-    written = [folder / REPORT, *write_figures(report, folder, figures)]
-    for name, write in experiment.files(result).items():
+    written = write_report(report, folder / REPORT_FILE, figures)
+    tables = experiment.files(result)
+    for name, write in tables.items():
         write(folder / name)
-        written.append(folder / name)
-    return tuple(written)
-
-
-def write_figures(report: Report, folder: Path, kind: FigureKind | None) -> tuple[Path, ...]:
-    """Write the pictures of a report into `FIGURES` within a folder; none for None.
-
-    Raises:
-        OSError: A file cannot be written.
-    """
-    if kind is None:
-        return ()
-    from palpate.reporting.paper import write_figures_of  # with matplotlib, for which only those who ask wait
-
-    make_folder(folder / FIGURES)
-    return write_figures_of(report, folder / FIGURES, kind)
+    return replace(written, files=(*written.files, *(folder / name for name in tables)))
 
 
 def written(result: RunResult, files: tuple[Path, ...]) -> tuple[Path, ...]:

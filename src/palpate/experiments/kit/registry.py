@@ -1,8 +1,7 @@
-"""Which experiments there are: those that installed packages declare, and any that is named as module:Class.
+"""Registry of experiments: those that installed packages declare, and any that is named as module:Class.
 
-The built-in ones are declared like a stranger's, as entry points of the group `palpate.experiments`. One that is
-declared as `group.word` is typed as two words, group and word: it belongs to that group of commands, which is made
-if there is none.
+Built-in experiments are declared like any others, as entry points of the group `palpate.experiments`. An
+experiment declared as `group.word` is typed as two words and belongs to that group of commands.
 """
 
 import sys
@@ -19,7 +18,7 @@ from palpate.nearest_name import nearest
 from palpate.open_kinds import declared_in
 
 TEXTS, METHODS = ("name", "summary"), ("plan", "evaluate", "report", "files", "cloud")
-"""What an experiment has besides `Config` and `metrics`; see `Experiment`."""
+"""Attributes and methods of an experiment besides `Config` and `metrics`; see `Experiment`."""
 
 CONFIG_FIELDS = {
     "robot": 'robot: str = "stage"',
@@ -28,18 +27,18 @@ CONFIG_FIELDS = {
 }
 """Fields that every `Config` has, with an example of each."""
 
-PROTOCOL = "see palpate.experiments.kit.Experiment"
+PROTOCOL_HINT = "see palpate.experiments.kit.Experiment"
 
 
 def check_experiment(reference: str, experiment: Any) -> None:
-    """Refuse what is no experiment.
+    """Check that an object is an experiment.
 
     Args:
-        reference: How it was named, for messages.
-        experiment: An instance.
+        reference: Name of the object, for messages.
+        experiment: Object to check.
 
     Raises:
-        InvalidValueError: It is none; the message names the class, what it lacks, and how to mend it.
+        InvalidValueError: If it is no experiment; the message names the class, the fault and the remedy.
     """
     problem = _problem(experiment)
     if problem:
@@ -49,16 +48,16 @@ def check_experiment(reference: str, experiment: Any) -> None:
 
 
 def _problem(experiment: Any) -> str:
-    """Return what is wrong, and the remedy; empty if nothing is."""
+    """Return the fault and the remedy; empty if there is none."""
     missing = [each for each in (*TEXTS, "Config", "metrics", *METHODS) if not hasattr(experiment, each)]
     if missing:
-        return f"it lacks {', '.join(missing)}: add {'them' if len(missing) > 1 else 'it'}, {PROTOCOL}"
+        return f"it lacks {', '.join(missing)}: add {'them' if len(missing) > 1 else 'it'}, {PROTOCOL_HINT}"
     for name in TEXTS:
         if not isinstance(getattr(experiment, name), str):
             return f"{name} = {shown(getattr(experiment, name))}: must be a text"
     for name in METHODS:
         if not callable(getattr(experiment, name)):
-            return f"{name} = {shown(getattr(experiment, name))}: must be a method, {PROTOCOL}"
+            return f"{name} = {shown(getattr(experiment, name))}: must be a method, {PROTOCOL_HINT}"
     metrics = experiment.metrics
     if not isinstance(metrics, tuple) or not all(isinstance(each, Metric) for each in metrics):
         return f"metrics = {shown(metrics)}: must be a tuple of Metric; write (Metric(...),) for one"
@@ -75,13 +74,13 @@ def _problem_of_config(kind: Any) -> str:
     return f"{kind.__name__} lacks the field {', '.join(missing)}: add it, for example {examples}"
 
 
-GROUP = "palpate.experiments"
-"""Of entry points: name = "module:Class"."""
+ENTRY_POINTS = "palpate.experiments"
+"""Group of the entry points: name = "module:Class"."""
 
 
 def experiment_names() -> tuple[str, ...]:
     """Return the names of all experiments that installed packages declare, palpate's own first."""
-    return tuple(declared_in(GROUP))
+    return tuple(declared_in(ENTRY_POINTS))
 
 
 @cache
@@ -89,12 +88,12 @@ def experiment_named(name: str) -> Experiment:
     """Return an experiment.
 
     Args:
-        name: Of one that is declared, `module:Class`, or `file.py:Class`; the present folder is looked in first.
+        name: Declared name, `module:Class`, or `file.py:Class`; the present folder is searched first.
 
     Raises:
-        InvalidValueError: There is none, or it is no experiment; the message says what there is.
+        InvalidValueError: If there is no such experiment; the message lists the known ones.
     """
-    declared = declared_in(GROUP).get(name)
+    declared = declared_in(ENTRY_POINTS).get(name)
     if declared is not None:
         try:
             made = declared.load()
@@ -122,14 +121,14 @@ def experiment_named(name: str) -> Experiment:
 
 
 def typed_words(name: str) -> tuple[str, ...]:
-    """Return what is typed after `palpate` for an experiment: first the word of its group, if it is of one."""
+    """Return the words typed after `palpate` for an experiment: its group, if it has one, and its name."""
     return (name,) if ":" in name else tuple(name.split(".", 1))
 
 
 def reference_to(experiment: Experiment) -> str:
-    """Return what finds an experiment again, for logs and other processes: its name, or its file and class."""
+    """Return the reference of an experiment for logs and other processes: its name, or its file and class."""
     kind = type(experiment)
-    if experiment.name in declared_in(GROUP) and type(experiment_named(experiment.name)) is kind:
+    if experiment.name in declared_in(ENTRY_POINTS) and type(experiment_named(experiment.name)) is kind:
         return experiment.name
     file = getattr(sys.modules[kind.__module__], "__file__", None)
     return f"{kind.__module__ if file is None else Path(file).resolve()}:{kind.__qualname__}"

@@ -1,4 +1,4 @@
-"""The report on a run: an experiment's own, with what follows from how the run ended."""
+"""Report on a run: metrics and findings of the experiment, and advice on the ending."""
 
 import shlex
 from collections.abc import Mapping, Sequence
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from palpate.reporting.report import Report, Section
 
 
-ON_DEVICES: Mapping[Cause, str] = {
+DEVICE_ADVICE: Mapping[Cause, str] = {
     Cause.WIRE: (
         "Check cable, network and power of the device that is named. `palpate recover {robot}` then connects to "
         "every device and reports its state; `palpate doctor {robot} --duration 30` finds rare gaps."
@@ -31,37 +31,37 @@ ON_DEVICES: Mapping[Cause, str] = {
         "This computer was late: `palpate doctor {robot}` measures by how much, and says what to change."
     ),
 }
-"""Where the robot is a rig of devices."""
+"""Advice by cause of a trip, on a robot with devices."""
 
-ANYWHERE: Mapping[Cause, str] = {
+ADVICE: Mapping[Cause, str] = {
     Cause.FORCE: (
-        "It pressed too hard for the limit above: reduce force and speed (`palpate {experiment} --help` lists the "
-        "options), or raise the limit in the robot file if finger and object bear it."
+        "The force exceeded the limit above: reduce force and speed (`palpate {experiment} --help` lists the "
+        "options), or raise the limit in the robot file if finger and object withstand it."
     ),
     Cause.GRIP: (
-        "The tool is no longer held for sure where it was, and what is felt is off by as much. Put it back at its "
-        "place in the hand, and hold it harder or press less (grip_N in the robot file; "
+        "The tool may have moved in the hand, and measured contacts are off by as much. Put it back in its place, "
+        "and hold it harder or press less (grip_N in the robot file; "
         "`palpate {experiment} --help` lists the options)."
     ),
     Cause.MOTION: (
-        "It left its room, or went too fast: `palpate {experiment} --dry-run` shows where the tip goes, and the "
-        "robot file has the limits."
+        "The tip left its workspace, or moved too fast: `palpate {experiment} --dry-run` shows where the tip "
+        "goes, and the robot file has the limits."
     ),
     Cause.CONTROLLER: (
-        "The fault is in the controller's own code: correct it there, and try it on the log without a robot "
+        "The fault is in the controller's own code: correct it, and try it on the log without a robot "
         "(`palpate replay`)."
     ),
 }
-"""On any robot."""
+"""Advice by cause of a trip, on any robot."""
 
 
 def advice_on_ending(experiment: str, plan: Plan, result: RunResult) -> tuple[str, ...]:
-    """Return what to do after a run that did not get to its end; nothing after one that did.
+    """Return advice after a run that did not reach its end; nothing after one that did.
 
     Args:
-        experiment: Name of its command.
-        plan: Of the run.
-        result: How it went.
+        experiment: Command of the experiment.
+        plan: Plan of the run.
+        result: Ending of the run.
     """
     real = plan.robot is not None and plan.robot.file.backend.REAL
     robot = shlex.quote(str(plan.config.robot))
@@ -74,7 +74,7 @@ def advice_on_ending(experiment: str, plan: Plan, result: RunResult) -> tuple[st
     elif result.rest.state is RestState.MOVING:
         advice.append("Press its emergency stop: it was still moving when it was last measured.")
     if result.trip is not None:
-        known = {**ANYWHERE, **ON_DEVICES} if real else ANYWHERE
+        known = {**ADVICE, **DEVICE_ADVICE} if real else ADVICE
         words = known.get(result.trip.cause, "Remove the reason above, and repeat the run.")
         advice.append(words.format(robot=robot, experiment=experiment))
     elif result.ending is not Ending.DONE:
@@ -107,8 +107,8 @@ def report_of(
         footer: Frame and sign of the numbers.
         reached: Whether the run reached its goal.
     """
-    from palpate.reporting.computing import computing
     from palpate.reporting.report import Report
+    from palpate.reporting.run_figures import computing
 
     return Report(
         title=title,
@@ -124,9 +124,9 @@ def report_of(
 
 
 def run_report(experiment: Experiment, plan: Plan, result: Result) -> "Report":
-    """Return an experiment's report on a run, with advice on its ending first, and the commands that repeat it.
+    """Return the report on a run with advice on its ending, and with the commands that repeat it.
 
-    Where records were lost its outcome says so, and its goal is not reached.
+    If records were lost, the outcome says so, and the goal counts as missed.
     """
     report, name, lost = experiment.report(result), reference_to(experiment), result.run.lost_records
     if lost:

@@ -8,9 +8,8 @@ import numpy as np
 from palpate.experiments.regulate.response import SETTLED, FrequencyResponse, StepResponse
 from palpate.reporting.data import TimeSeries
 from palpate.reporting.figure import Axis, Figure, Panel
-from palpate.reporting.lines import true_and_felt
 from palpate.reporting.marks import Band, Dash, Line, Rule, Span
-from palpate.reporting.phases import stretches
+from palpate.reporting.run_figures import stretches, true_and_felt
 from palpate.runtime.data import Phase
 from palpate.runtime.palette import BOUND, FELT, GRID_COLOUR, QUIET_COLOUR, SET, TRUTH
 

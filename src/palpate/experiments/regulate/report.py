@@ -11,11 +11,10 @@ from palpate.experiments.regulate.quantities import margins, quantities
 from palpate.experiments.regulate.response import FrequencyResponse
 from palpate.experiments.regulate.result import RegulationResult
 from palpate.experiments.regulate.words import asked, limits, outcome, settings, title
-from palpate.reporting.computing import computing
 from palpate.reporting.data import TimeSeries
 from palpate.reporting.figure import Figure
-from palpate.reporting.force_figure import force_overview
 from palpate.reporting.report import Figures, Paragraph, QuantityTable, Report, Section, TextTable
+from palpate.reporting.run_figures import computing, force_overview
 from palpate.runtime import Ending
 
 LEAST_GAIN_MARGIN = 2.0

@@ -15,9 +15,9 @@ from palpate.experiments.tip_calibration.words import (
     settings,
     tip_metrics,
 )
-from palpate.reporting.computing import computing
 from palpate.reporting.data import Quantity
 from palpate.reporting.report import Figures, Paragraph, Report, Section, TextTable
+from palpate.reporting.run_figures import computing
 from palpate.runtime import Ending
 from palpate.yaml_text import yaml_text
 

@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeAlias, TypeVar
 from rich.console import Console
 
 from palpate.errors import PalpateError, shown
-from palpate.runtime.progress_bar import progress_bar
+from palpate.runtime.progress import COUNT, progress_bar
 
 SHOWN_AFTER = 2.0
 """A shorter batch shows no bar [s]."""
@@ -118,8 +118,7 @@ def batch_bar(console: Console | None = None) -> Iterator[ShowProgress]:
         console: Where to; standard error if not given. Only a terminal gets a bar.
     """
     console = Console(stderr=True) if console is None else console
-    amount = "{task.completed:.0f}/{task.total}"
-    with progress_bar(console, "cases", None, amount, after=SHOWN_AFTER, drawn=console.is_terminal) as bar:
+    with progress_bar(console, "cases", None, COUNT, after=SHOWN_AFTER) as bar:
 
         def show(progress: BatchProgress) -> None:
             failed = f", {progress.failed} failed" if progress.failed else ""

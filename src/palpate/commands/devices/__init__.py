@@ -1,0 +1,1 @@
+"""Commands over the devices of a robot file: `robot`, `doctor`, `recover` and `emulate`."""

@@ -1,1 +1,0 @@
-"""Examine a robot's devices and this computer."""

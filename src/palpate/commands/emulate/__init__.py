@@ -1,1 +1,0 @@
-"""Emulated devices for anybody's software."""

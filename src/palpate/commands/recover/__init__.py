@@ -1,1 +1,0 @@
-"""Bring a robot's devices back after a stop."""
