@@ -155,7 +155,7 @@ def _result_of(run: Run) -> CommandResult:
         )
     except KeyboardInterrupt as error:
         start_up.conclude()
-        # a run's message says that the robot was stopped, a sweep's what it keeps; without one nothing has moved
+        # the messages of runs and sweeps name the state and the kept files; without a message nothing has moved
         message = _line(error) or f"{start_up.interrupted_by()}; nothing was finished, and nothing is kept"
         return CommandResult(exit_code(), error=message)
     result = found if isinstance(found, CommandResult) else CommandResult(int(found))

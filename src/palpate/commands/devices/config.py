@@ -49,7 +49,7 @@ class RobotShowConfig:
 
 @dataclass(frozen=True, slots=True)
 class RobotCheckConfig:
-    """Show how palpate reads a robot file, every value with its unit; or what is wrong with it, and where.
+    """Show how palpate reads a robot file, every value with its unit; or the place and the reason of an error.
 
     Values that the file leaves out are marked as defaults. Exit code 2 if something is wrong.
 
@@ -87,7 +87,7 @@ class DoctorConfig:
 
 @dataclass(frozen=True, slots=True)
 class RecoverConfig:
-    """Connect to a robot's devices after a stop, report the state of each, and bring back what was stopped.
+    """Connect to a robot's devices after a stop, report the state of each, and bring stopped ones back.
 
     Arm: motion, protective, emergency and safeguard stop, power and brakes. Hand: hardware errors, torque and
     watchdog of each servo. Sensors: whether their readings are good. Devices that are well stay as they are. The
@@ -158,7 +158,7 @@ class _DeviceEmulation(_Emulation):
 class EmulateUrConfig(_DeviceEmulation):
     """Emulate a controller of Universal Robots: RTDE, script port and dashboard, for any client.
 
-    Its UR5e moves as commanded, and may touch an elastic plane. It has no dynamics: for those, `palpate explore
+    The UR5e moves as commanded, and may touch an elastic plane. It has no dynamics: for dynamics, `palpate explore
     --robot emulated-ur5e`. Runs until Ctrl-C.
 
     Example: palpate emulate ur, then in Python: rtde_receive.RTDEReceiveInterface("127.0.0.2").getActualTCPPose()
@@ -206,7 +206,7 @@ class EmulateDynamixelConfig(_DeviceEmulation):
 class EmulateNetftConfig(_DeviceEmulation):
     """Emulate an ATI Net F/T box, or an OnRobot HEX: records by UDP, the calibration by TCP. Runs until Ctrl-C.
 
-    It shows a steady load. Example: palpate emulate netft --load 0 0 -5 0 0 0 --rate 7000
+    The box shows a steady load. Example: palpate emulate netft --load 0 0 -5 0 0 0 --rate 7000
     """
 
     address: str = option("127.0.0.1", check=_check_address)

@@ -257,7 +257,7 @@ def _sensor_findings(robot: Robot, i: int, sensor: SensorDevice, duration: float
 
 
 def _computer_findings(file: RobotFile, duration: float) -> Iterator[DeviceFinding]:
-    """Measure wake-ups at the period and pace of a robot file, and query what the system grants."""
+    """Measure wake-ups at the period and pace of a robot file, and query the priority that the system grants."""
     yield from _wake_up_findings(file, duration)
     load, cores = os.getloadavg()[0], os.cpu_count() or 1
     fix = "close what else runs: devices are served late when all cores are busy"

@@ -1,4 +1,4 @@
-"""What a view or an image shows of a run: the scene, the object's pose, the planned path, contacts and forces."""
+"""Scene, object pose and planned path of a run for a view; and images of them with the contact forces."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -173,7 +173,7 @@ def write_video(scene: ViewScene, frames: Frames, path: Path, time_scale: float)
     """Write a video of a run; returns its number of images.
 
     Args:
-        scene: As for `write_still`.
+        scene: Scene of the run, as for `write_still`.
         frames: Frames of the run, at least one period.
         path: Name of the file (GIF).
         time_scale: Seconds of the run per second of the video.

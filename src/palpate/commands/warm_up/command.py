@@ -36,7 +36,7 @@ def run_warm_up(config: WarmUpConfig) -> CommandResult:
         Names of the compiled functions and their folder; unfinished if they could not be kept.
 
     Raises:
-        KeyboardInterrupt: After Ctrl-C; what is compiled by then is kept.
+        KeyboardInterrupt: After Ctrl-C; functions compiled by then are kept.
     """
     console, began = Console(), time.monotonic()
     record, sources = _record_path(), _hash_of_sources()

@@ -1,6 +1,6 @@
 """Uses everything once that palpate compiles and keeps, as a process of its own, which can be killed at any time.
 
-It writes a line of JSON at the start of every step, and one at its end.
+The process writes a line of JSON at the start of every step, and one at its end.
 """
 
 import json
@@ -196,7 +196,7 @@ def main() -> None:
         use()
     modules = [vars(module) for name, module in sys.modules.items() if name.startswith("palpate.")]
     folders = {folder for names in modules for each in names.values() if (folder := compiling.kept_in(each))}
-    out.write(json.dumps({"compiled": compiling.KEPT, "folders": sorted(folders)}) + "\n")
+    out.write(json.dumps({"compiled": compiling.KEPT_KERNELS, "folders": sorted(folders)}) + "\n")
 
 
 if __name__ == "__main__":
