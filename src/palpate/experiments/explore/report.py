@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,7 +26,7 @@ from palpate.mapping import TouchCloud
 from palpate.reporting.data import Quantity, TimeSeries
 from palpate.reporting.figure import TIME, Axis, Figure, Panel
 from palpate.reporting.marks import Bars, Line, Rule, unnamed
-from palpate.reporting.report import Figures, Paragraph, QuantityTable, Report, Section, TextTable
+from palpate.reporting.report import Figures, FigureSource, Paragraph, QuantityTable, Report, Section, TextTable
 from palpate.reporting.run_figures import force_overview, force_zoom, phase_spans, true_and_felt
 from palpate.robots.known_truth import cost_of, cost_row
 from palpate.runtime import Ending
@@ -118,12 +119,12 @@ def _surface_figures(result: ExplorationResult) -> Iterator[Figure | None]:
     yield contour_figure(result) if isinstance(result.plan.scan, ContourScan) else surface_figure(result)
 
 
-def _growth_figures(result: ExplorationResult) -> Iterator[Figure]:
+def _growth_figures(result: ExplorationResult) -> Iterator[FigureSource]:
     growth = result.growth
     if growth is not None:
         if growth.area.any():
-            yield growth_figure(growth)
-        yield snapshots_figure(growth)
+            yield partial(growth_figure, growth)
+        yield partial(snapshots_figure, growth)
 
 
 def _error_figures(result: ExplorationResult) -> Iterator[Figure]:
@@ -150,7 +151,7 @@ def _error_figures(result: ExplorationResult) -> Iterator[Figure]:
     )
 
 
-def _time_figures(result: ExplorationResult) -> Iterator[Figure | None]:
+def _time_figures(result: ExplorationResult) -> Iterator[FigureSource]:
     record, truth = result.record, result.truth
     series = recorded_series(
         record,
@@ -159,9 +160,9 @@ def _time_figures(result: ExplorationResult) -> Iterator[Figure | None]:
         true_spin_torque=np.where(truth.touching, result.true_spin_torque, np.nan) if truth.known else None,
     )
     if series.phase:
-        yield force_overview(series)
-        yield force_zoom(series)
-        yield spin_figure(series, result.cloud)
+        yield partial(force_overview, series)
+        yield partial(force_zoom, series)
+        yield partial(spin_figure, series, result.cloud)
 
 
 def spin_figure(series: TimeSeries, cloud: TouchCloud) -> Figure:
