@@ -3,11 +3,11 @@
 import json
 
 import pytest
-from palpate.commands.sweep.store import columns_of, rows_of
 
 from palpate.cli import main
 from palpate.commands.compare.runs import compared_metrics, read_runs
 from palpate.commands.sweep.attempt import attempt
+from palpate.commands.sweep.store import columns_of, rows_of
 from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.kit.metric import Finding, Metric
 from support.sweep_runs import planned
