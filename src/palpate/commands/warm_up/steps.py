@@ -16,6 +16,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from palpate import compiling, surfaces
+from palpate.controllers.grip.wrench_ahead import WrenchAhead
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.script import perform
 from palpate.friction.slip.load_fall import LoadFall
@@ -23,8 +24,25 @@ from palpate.grasp import GraspContacts, GraspForceOptimizer, GraspUncertainty, 
 from palpate.grasp.problem.scaled import ScaledGrasp
 from palpate.grasp.solvers.least_effort import least_violation
 from palpate.mapping.compare_surface import TriangleSurface
+from palpate.runtime import ArmSample, Command
+from palpate.runtime.servo_following import PositionServo
 from palpate.sensing import contact_from_wrench
-from palpate.sim import ContactLaw, MujocoBackend, SceneObject, Tip, TracedMesh, Triangles, build_scene, bumps
+from palpate.sim import (
+    ContactLaw,
+    MujocoBackend,
+    SceneObject,
+    SphereObject,
+    Tip,
+    TracedMesh,
+    Triangles,
+    build_scene,
+    bumps,
+)
+from palpate.sim.friction.law import FrictionLaw
+from palpate.spatial import IDENTITY, ZERO
+
+_PERIOD = 1e-3
+"""Control period [s]."""
 
 _WRENCH = np.array((0.3, 0.1, -2.0, 0.004, 0.008, 0.001))
 _CORNERS = 0.01 * np.vstack([np.eye(3), -np.eye(3)])
@@ -68,7 +86,8 @@ def steps() -> Iterator[tuple[str, Callable[[], object]]]:
     yield "simulation of a ring", partial(_carry_out, "explore", object="torus", **_SMALL)
     yield "simulation of a height field", partial(_touch, bumps())
     yield "simulation of a mesh", partial(_touch, TracedMesh(Triangles(4.0 * _CORNERS, _FACETS)))
-    yield "slips of a load", partial(LoadFall, 1e-3)
+    yield "simulation of friction", partial(_touch, SphereObject(0.04), FrictionLaw())
+    yield "predictions of loads and arms", _predict
 
 
 def _carry_out(name: str, **options: object) -> None:
@@ -77,11 +96,13 @@ def _carry_out(name: str, **options: object) -> None:
         perform(experiment, experiment.Config(**options), Path(folder))
 
 
-def _touch(target: SceneObject) -> None:
+def _touch(target: SceneObject, friction: FrictionLaw | None = None) -> None:
     """Simulate an object and use every function of its shape."""
-    tip = Tip(surfaces.Sphere(0.008))
-    with MujocoBackend(build_scene(tip, target, ContactLaw(), (0.0, 0.0, target.top + 0.02))) as backend:
+    start = (0.0, 0.0, target.top + 0.02)
+    scene = build_scene(Tip(surfaces.Sphere(0.008)), target, ContactLaw(), start, friction=friction)
+    with MujocoBackend(scene) as backend:
         backend.start()
+        backend.step(Command())
     points = _CORNERS.copy()
     target.signed_distance(points)
     points.setflags(write=False)
@@ -89,6 +110,12 @@ def _touch(target: SceneObject) -> None:
     target.height(points[:, 0], points[:, 1])
     target.height(*np.meshgrid(points[:, 0], points[:, 1]))
     target.reachable(0.0, 0.0, 0.008)
+
+
+def _predict() -> None:
+    LoadFall(_PERIOD)
+    WrenchAhead(0.01, _PERIOD)
+    PositionServo(1e4, 0.02, 0.02).following(20.0)(_PERIOD, ArmSample(0.0, ZERO, IDENTITY, ZERO))
 
 
 def _hold(objective: Objective) -> None:
