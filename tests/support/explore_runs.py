@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.exploration import ExplorationResult, found_by
+from palpate.experiments.explore.exploration import ExplorationResult, evaluate
 from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.reachable_surface import ReachableSurface
 from palpate.experiments.kit.contact_truth import ContactTruth
@@ -28,7 +28,7 @@ def planned_again(planned) -> ExplorationPlan:
 
 
 def carried_out(planned) -> ExplorationResult:
-    return found_by(planned, carry_out(planned))
+    return evaluate(planned, carry_out(planned))
 
 
 def check_held(found, bounds) -> None:

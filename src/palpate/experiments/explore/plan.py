@@ -26,8 +26,8 @@ from palpate.controllers.paths import PathPlane
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.checks import check_least_force, check_push, check_sliding
 from palpate.experiments.explore.config import FASTEST, SLOWEST, ExploreConfig
+from palpate.experiments.explore.experiment import FILE_NAMES
 from palpate.experiments.explore.explored_object import object_of, object_texts
-from palpate.experiments.explore.files import FILE_NAMES
 from palpate.experiments.explore.identified import IdentifiedForce
 from palpate.experiments.explore.objects import FROM_FILE
 from palpate.experiments.explore.plan_watch import PlanWatch
