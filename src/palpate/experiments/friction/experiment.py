@@ -25,12 +25,14 @@ class FindFriction(ExperimentDefaults):
     metrics = METRICS
     findings = FINDINGS
 
-    def plan(self, config: FrictionConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "FrictionPlan":
+    def plan(
+        self, config: FrictionConfig, robot: "Robot | None", attachments: Mapping[str, str]
+    ) -> "FrictionPlan":
         """Check and build everything."""
         from palpate.experiments.friction.plan import plan
 
         assert robot is not None  # FrictionConfig.robot is never None
-        return plan(config, robot, texts)
+        return plan(config, robot, attachments)
 
     def evaluate(self, plan: "FrictionPlan", recorded: "Recorded") -> "FrictionResult":
         """Return the result of a run."""

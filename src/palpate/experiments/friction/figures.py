@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from palpate.friction.rubbing.stroke import RubbingStroke
 from palpate.reporting.data import interval_words
 from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Dash, Line, Mark, Points, Polygon, Rule, Span, Symbol, look_of
+from palpate.reporting.report import FigureSource
 from palpate.runtime.palette import FELT, INK_COLOUR, QUIET_COLOUR, SET, SIDE_BY_SIDE, TRUTH
 
 _MILLI = 1e3
@@ -144,21 +146,23 @@ def speeds(result: FrictionResult) -> tuple[Interval, ...]:
     )
 
 
-def friction_figures(result: FrictionResult) -> Iterator[Figure | None]:
+def friction_figures(result: FrictionResult) -> Iterator[FigureSource]:
     """Yield the figures of the estimates."""
     points, file, curve, found = _slip_points(result), result.file, result.found.curve, result.found
     creeping = file is not None and any(each.creeping for each in file.speeds)
-    yield stroke_figure(stroke_curves(result), frictions(result), bent=result.plan.config.object == "sphere")
-    yield None if points is None else surface_figure(points)
+    bent = result.plan.config.object == "sphere"
+    yield lambda: stroke_figure(stroke_curves(result), frictions(result), bent=bent)
+    if points is not None:
+        yield partial(surface_figure, points)
     growth = None
     if file is not None and file.spin_length is not None and len(spun(found.loads)) > 1:
         growth = file.spin_length.value, file.load_exponent.value
-    yield length_figure(lengths(result), growth)
+    yield lambda: length_figure(lengths(result), growth)
     fitted = None
     if curve is not None:
         v = np.geomspace(0.8 * found.speeds[0].speed, 1.25 * found.speeds[-1].speed, _CURVE_POINTS)
         fitted = np.stack([v, [curve.friction_at(speed) for speed in v.tolist()]])
-    yield speed_figure(speeds(result), fitted, creeping=creeping)
+    yield lambda: speed_figure(speeds(result), fitted, creeping=creeping)
 
 
 def stroke_curves(result: FrictionResult) -> tuple[StrokeCurve, ...]:

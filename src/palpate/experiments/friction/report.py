@@ -10,9 +10,8 @@ from palpate.experiments.friction.plan import FrictionPlan
 from palpate.experiments.friction.recognition import library_path, recognition_section
 from palpate.experiments.friction.result import FrictionResult
 from palpate.experiments.kit.experiment import ExperimentDefaults
-from palpate.experiments.kit.recorded_series import recorded_series
-from palpate.experiments.kit.repeat_words import log_row
-from palpate.experiments.kit.run_report import report_of
+from palpate.experiments.kit.recorded_periods import recorded_series
+from palpate.experiments.kit.run_report import log_row, report_of
 from palpate.reporting.data import interval_words, value_words
 from palpate.reporting.figure import Figure
 from palpate.reporting.report import Figures, Report, Section, TextTable

@@ -2,16 +2,16 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from functools import partial
 
 import numpy as np
 
 from palpate.controllers.guarded_approach import Loss
 from palpate.controllers.surface_motion import stiffness_range
-from palpate.experiments.kit.change_outcome import change_rows, change_sentences
 from palpate.experiments.kit.experiment import ExperimentDefaults
-from palpate.experiments.kit.recorded_series import recorded_series
-from palpate.experiments.kit.repeat_words import log_row
-from palpate.experiments.kit.run_report import report_of
+from palpate.experiments.kit.recorded_periods import recorded_series
+from palpate.experiments.kit.recorded_run import change_rows, change_sentences
+from palpate.experiments.kit.run_report import log_row, report_of
 from palpate.experiments.regulate.config import FROM_FILES, RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.experiments.regulate.response import SETTLING_BAND, FrequencyResponse, StepResponse
@@ -19,7 +19,7 @@ from palpate.experiments.regulate.result import RegulationResult
 from palpate.reporting.data import Quantity, TimeSeries
 from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Band, Dash, Line, Rule, Span
-from palpate.reporting.report import Figures, Paragraph, QuantityTable, Report, Section, TextTable
+from palpate.reporting.report import Figures, FigureSource, Paragraph, QuantityTable, Report, Section, TextTable
 from palpate.reporting.run_figures import force_overview, stretches, true_and_felt
 from palpate.robots.known_truth import NOT_KNOWN, cost_of, cost_row
 from palpate.runtime import Ending
@@ -246,17 +246,18 @@ def _tone_rows(tones: Mapping[str, FrequencyResponse]) -> list[tuple[str, str, s
 # --- figures ---
 
 
-def _over_time(regulation: RegulationResult) -> Iterator[Figure | None]:
+def _over_time(regulation: RegulationResult) -> Iterator[FigureSource]:
     if len(regulation.record):
         series = series_of(regulation)
-        yield force_overview(series)
-        yield error_figure(series)
+        yield partial(force_overview, series)
+        yield partial(error_figure, series)
 
 
-def _responses(regulation: RegulationResult, tones: Mapping[str, FrequencyResponse]) -> Iterator[Figure | None]:
-    yield step_figure(regulation.judged_steps if regulation.truth.known else None, regulation.felt_steps)
+def _responses(regulation: RegulationResult, tones: Mapping[str, FrequencyResponse]) -> Iterator[FigureSource]:
+    true = regulation.judged_steps if regulation.truth.known else None
+    yield partial(step_figure, true, regulation.felt_steps)
     if tones:
-        yield bode_figure(tones)
+        yield partial(bode_figure, tones)
 
 
 def series_of(regulation: RegulationResult) -> TimeSeries:

@@ -11,10 +11,8 @@ import numpy as np
 from palpate.controllers.force_program import StepForce, Tones
 from palpate.controllers.guarded_approach import Loss
 from palpate.errors import FloatArray
-from palpate.experiments.kit.change_outcome import ChangeOutcome
-from palpate.experiments.kit.contact_truth import ContactTruth
-from palpate.experiments.kit.recorded_periods import Periods
-from palpate.experiments.kit.recorded_run import Recorded
+from palpate.experiments.kit.recorded_periods import ContactTruth, Periods
+from palpate.experiments.kit.recorded_run import ChangeOutcome, Recorded
 from palpate.experiments.kit.shown_result import ShownResult
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.experiments.regulate.response import (
