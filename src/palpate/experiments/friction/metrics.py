@@ -2,19 +2,30 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from palpate.experiments.kit.metric import Metric, MetricValue
 
 if TYPE_CHECKING:
     from palpate.experiments.friction.result import FrictionResult
-    from palpate.friction.friction_file import FrictionEstimate
     from palpate.reporting.data import Quantity
 
-    Truth = Callable[[FrictionResult], float | None]
-    Text = Callable[[FrictionResult], str]
-
 _MILLI = 1e3
+
+_MU, _E, _GAMMA, _P = "friction", "spin_length", "load_exponent", "norm_exponent"
+"""Names of estimates in friction.yaml."""
+
+_rubbed = attrgetter("file")
+
+
+def _has(name: str) -> Callable[[Any], bool]:
+    """Return the function to whether friction.yaml has an estimate."""
+    return lambda result: result.file is not None and getattr(result.file, name) is not None
+
+
+def _lacks_spin_length(result: "FrictionResult") -> bool:
+    return result.file is not None and result.file.spin_length is None
 
 
 def _true_mu(result: "FrictionResult") -> float | None:
@@ -30,46 +41,16 @@ def _true_e(result: "FrictionResult") -> float | None:
     return result.plan.true_spin_length(1.0)
 
 
-def _true_exponent(name: str) -> "Truth":
-    def true(result: "FrictionResult") -> float | None:
-        surface = result.plan.true_limit_surface
-        return None if surface is None else getattr(surface, name)
-
-    return true
+def _true_exponent(name: str) -> Callable[[Any], Any]:
+    return lambda result: getattr(result.plan.true_limit_surface, name, None)
 
 
-def _estimate(result: "FrictionResult", name: str) -> "FrictionEstimate | None":
-    return None if result.file is None else getattr(result.file, name)
+def _true_words(true: float | None, factor: float, unit: str = "") -> str:
+    return "" if true is None else f"true {factor * true:.4g}{unit}"
 
 
-def _of_estimate(name: str, value: "Callable[[FrictionEstimate], MetricValue]") -> Callable[[Any], MetricValue]:
-    """Return a function of an estimate of friction.yaml; None if the file lacks the estimate."""
-
-    def evaluated(result: "FrictionResult") -> MetricValue:
-        found = _estimate(result, name)
-        return None if found is None else value(found)
-
-    return evaluated
-
-
-def _against_truth(
-    name: str, true: "Truth", value: "Callable[[FrictionEstimate, float], MetricValue]"
-) -> Callable[[Any], MetricValue]:
-    """Return a function of a measured estimate and its true value; None for a bound or an assumed value."""
-
-    def evaluated(result: "FrictionResult") -> MetricValue:
-        found, truth = _estimate(result, name), true(result)
-        return None if found is None or truth is None or not found.measured else value(found, truth)
-
-    return evaluated
-
-
-def _error(found: "FrictionEstimate", true: float) -> float:
-    return found.value - true
-
-
-def _inside(found: "FrictionEstimate", true: float) -> bool:
-    return found.lower <= true <= found.upper
+def _joined(*parts: str) -> str:
+    return "; ".join(part for part in parts if part)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,12 +73,12 @@ def _estimated(
     key: str,
     meaning: str,
     name: str,
-    true: "Truth",
+    true: Callable[[Any], float | None],
+    remark: Callable[[Any], str],
+    *,
+    applies: Callable[[Any], bool],
     unit: str = "",
     shown_unit: str = "",
-    reason: "Text | None" = None,
-    remark: "Text | None" = None,
-    applies: Callable[[Any], bool] = lambda result: True,
 ) -> Metric:
     """Return the metric of an estimate of friction.yaml: a row with its interval or reason, and the true value.
 
@@ -106,65 +87,81 @@ def _estimated(
         meaning: Name for people.
         name: Name of the estimate in the file.
         true: Function to the true value.
+        remark: Function to a remark: the reason of a bound or of an assumed value, or the kind of measurement.
+        applies: Function to whether the run has the metric.
         unit: SI unit.
         shown_unit: Unit of the row.
-        reason: Function to the reason of a lower bound.
-        remark: Function to a further remark.
-        applies: Function to whether the run has the metric.
     """
-    factor = _MILLI if shown_unit == "mm" else 1.0
-
-    def is_bound(result: "FrictionResult") -> bool:
-        found = _estimate(result, name)
-        return found is not None and found.how == "bound"
-
-    def note(result: "FrictionResult") -> str:
-        truth = true(result)
-        parts = (
-            f"{reason(result)}: a lower bound" if reason is not None and is_bound(result) else "",
-            "" if remark is None else remark(result),
-            "" if truth is None else f"true {factor * truth:.4g}",
-        )
-        return "; ".join(part for part in parts if part)
-
-    def interval(result: "FrictionResult") -> tuple[float, float] | None:
-        found = _estimate(result, name)
-        return None if found is None or not found.measured else (found.lower, found.upper)
-
-    value = _of_estimate(name, lambda found: found.value)
+    found, factor = attrgetter(f"file.{name}"), _MILLI if shown_unit == "mm" else 1.0
     return _EstimateMetric(
-        key, meaning, unit, value, shown_unit, 3, note, interval, applies=applies, bound=is_bound
+        key,
+        meaning,
+        unit,
+        lambda result: found(result).value,
+        shown_unit,
+        3,
+        lambda result: _joined(remark(result), _true_words(true(result), factor)),
+        lambda result: (found(result).lower, found(result).upper) if found(result).measured else None,
+        applies=applies,
+        bound=lambda result: found(result).how == "bound",
     )
 
 
-def _mu_remark(result: "FrictionResult") -> str:
+def _unless_measured(name: str, reason: Callable[[Any], str]) -> Callable[[Any], str]:
+    return lambda result: "" if getattr(result.file, name).measured else reason(result)
+
+
+def _mu_remark(result: Any) -> str:
     file = result.file
-    if file is None or not file.friction.measured:
-        return ""
+    if not file.friction.measured:
+        return f"{result.no_friction_reason}: a lower bound"
     return f"{'all loads together, ' if len(file.loads) > 1 else ''}slipping at {_MILLI * file.speed:.3g} mm/s"
 
 
-def _assumed(name: str, remedy: str = "") -> "Text":
-    """Return the remark on an exponent: whether it was assumed, and how to measure it."""
+def _against_truth(
+    key: str,
+    meaning: str,
+    unit: str,
+    name: str,
+    true: Callable[[Any], float | None],
+    value: Callable[[Any, Any], MetricValue],
+) -> Metric:
+    """Return the metric of a measured estimate and its true value; bounds and assumed values have none."""
+    found = attrgetter(f"file.{name}")
+    return Metric(
+        key,
+        meaning,
+        unit,
+        lambda result: value(found(result), true(result)),
+        in_table=False,
+        applies=lambda result: _has(name)(result) and found(result).measured and true(result) is not None,
+    )
 
-    def remark(result: "FrictionResult") -> str:
-        found = _estimate(result, name)
-        return "" if found is None or found.measured else f"assumed, not measured{remedy}"
 
-    return remark
+def _error(key: str, meaning: str, unit: str, name: str, true: Callable[[Any], float | None]) -> Metric:
+    return _against_truth(key, meaning, unit, name, true, lambda found, truth: found.value - truth)
 
 
-def _no_spin_length(result: "FrictionResult") -> bool:
-    return result.file is not None and result.file.spin_length is None
+def _inside(key: str, meaning: str, name: str, true: Callable[[Any], float | None]) -> Metric:
+    return _against_truth(key, meaning, "", name, true, lambda found, truth: found.lower <= truth <= found.upper)
 
 
-def _no_spin_length_note(result: "FrictionResult") -> str:
-    true = _true_e(result)
-    return result.no_spin_length_reason + ("" if true is None else f"; true {_MILLI * true:.4g} mm at 1 N")
+def _part(key: str, meaning: str, unit: str, name: str, part: str) -> Metric:
+    """Return the metric of a part of an estimate, for programs."""
+    return Metric(key, meaning, unit, attrgetter(f"file.{name}.{part}"), in_table=False, applies=_has(name))
 
 
-def _spins(result: "FrictionResult") -> bool:
-    return result.file is not None and result.file.spin_length is not None
+def _if_measured(key: str, meaning: str, name: str) -> Metric:
+    """Return the metric of an exponent for programs; None where it was assumed."""
+    found = attrgetter(f"file.{name}")
+    return Metric(
+        key,
+        meaning,
+        "",
+        lambda result: found(result).value,
+        in_table=False,
+        applies=lambda result: result.file is not None and found(result).measured,
+    )
 
 
 def _torque_ratio(result: "FrictionResult") -> tuple[float, float] | None:
@@ -174,103 +171,59 @@ def _torque_ratio(result: "FrictionResult") -> tuple[float, float] | None:
     return max(ratios, default=None, key=lambda each: each[0])
 
 
-def _torque_ratio_note(result: "FrictionResult") -> str:
-    found = _torque_ratio(result)
-    return "" if found is None else f"spin torque over normal force that was carried at {found[1]:.3g} N"
-
-
-def _over_speed(result: "FrictionResult") -> str | None:
-    """Return whether mu differs between two speeds by more than its intervals; None without a speed curve."""
-    if result.found.curve is None or result.file is None:
-        return None
+def _over_speed(result: Any) -> str:
+    """Return whether mu differs between two speeds by more than its intervals."""
     measured = [each.friction for each in result.file.speeds if each.friction.measured]
     varies = max(each.lower for each in measured) > min(each.upper for each in measured)
     return "see figure" if varies else "constant"
 
 
-def _over_speed_note(result: "FrictionResult") -> str:
-    creeping = () if result.found.curve is None else result.found.curve.creeping
-    crept = f"; crept at {', '.join(f'{_MILLI * speed:.2g}' for speed in creeping)} mm/s" if creeping else ""
-    return f"{len(result.found.speeds)} speeds{crept}"
-
-
-def _surface(result: "FrictionResult") -> str | None:
-    return None if result.recognised is None else result.recognised.material
-
-
-def _surface_note(result: "FrictionResult") -> str:
-    known = result.recognised
-    return "" if known is None else f"by the library {result.plan.config.library}; {known.verdict}"
-
-
-def _lower(found: "FrictionEstimate") -> float:
-    return found.lower
-
-
-def _upper(found: "FrictionEstimate") -> float:
-    return found.upper
-
-
-def _how(found: "FrictionEstimate") -> str:
-    return found.how.value
-
-
-def _value_if_measured(found: "FrictionEstimate") -> float | None:
-    return found.value if found.measured else None
-
-
-_MU, _E, _GAMMA, _P = "friction", "spin_length", "load_exponent", "norm_exponent"
-
-
-def _hidden(key: str, meaning: str, unit: str, value: Callable[[Any], MetricValue]) -> Metric:
-    """Return a metric for programs, without a row of its own."""
-    return Metric(key, meaning, unit, value, in_table=False)
+def _over_speed_note(result: Any) -> str:
+    creeping = ", ".join(f"{_MILLI * speed:.2g}" for speed in result.found.curve.creeping)
+    return _joined(f"{len(result.found.speeds)} speeds", f"crept at {creeping} mm/s" if creeping else "")
 
 
 METRICS = (
-    _hidden("mu_error", "mu found less true mu", "", _against_truth(_MU, _true_mu, _error)),
-    _hidden("spin_length_error_m", "e found less true e", "m", _against_truth(_E, _true_e, _error)),
-    _estimated(
-        "mu_found",
-        "friction mu",
-        _MU,
-        _true_mu,
-        reason=lambda result: result.no_friction_reason,
-        remark=_mu_remark,
-    ),
-    _hidden("mu_lower", "lower end of mu's 95 % interval", "", _of_estimate(_MU, _lower)),
-    _hidden("mu_upper", "upper end of mu's 95 % interval", "", _of_estimate(_MU, _upper)),
-    _hidden("mu_how", "source of mu", "", _of_estimate(_MU, _how)),
-    _hidden("mu_true", "true mu", "", _true_mu),
-    _hidden("mu_inside", "share of intervals that hold true mu", "", _against_truth(_MU, _true_mu, _inside)),
+    _error("mu_error", "mu found less true mu", "", _MU, _true_mu),
+    _error("spin_length_error_m", "e found less true e", "m", _E, _true_e),
+    _estimated("mu_found", "friction mu", _MU, _true_mu, _mu_remark, applies=_rubbed),
+    _part("mu_lower", "lower end of mu's 95 % interval", "", _MU, "lower"),
+    _part("mu_upper", "upper end of mu's 95 % interval", "", _MU, "upper"),
+    _part("mu_how", "source of mu", "", _MU, "how.value"),
+    Metric("mu_true", "true mu", "", _true_mu, in_table=False),
+    _inside("mu_inside", "share of intervals that hold true mu", _MU, _true_mu),
     _estimated(
         "static_friction",
         "static friction",
         "static_friction",
         _true_static,
-        reason=lambda result: result.no_static_friction_reason,
+        _unless_measured("static_friction", lambda result: f"{result.no_static_friction_reason}: a lower bound"),
+        applies=_has("static_friction"),
     ),
     _estimated(
         "spin_length_found_m",
         "spin length e at 1 N",
         _E,
         _true_e,
-        "m",
-        "mm",
-        reason=lambda result: result.no_spin_length_reason,
+        _unless_measured(_E, lambda result: f"{result.no_spin_length_reason}: a lower bound"),
+        applies=_has(_E),
+        unit="m",
+        shown_unit="mm",
     ),
-    _hidden("spin_length_lower_m", "lower end of e's 95 % interval", "m", _of_estimate(_E, _lower)),
-    _hidden("spin_length_upper_m", "upper end of e's 95 % interval", "m", _of_estimate(_E, _upper)),
-    _hidden("spin_length_how", "source of e", "", _of_estimate(_E, _how)),
-    _hidden("spin_length_true_m", "true e at 1 N", "m", _true_e),
-    _hidden("spin_length_inside", "share of intervals that hold true e", "", _against_truth(_E, _true_e, _inside)),
+    _part("spin_length_lower_m", "lower end of e's 95 % interval", "m", _E, "lower"),
+    _part("spin_length_upper_m", "upper end of e's 95 % interval", "m", _E, "upper"),
+    _part("spin_length_how", "source of e", "", _E, "how.value"),
+    Metric("spin_length_true_m", "true e at 1 N", "m", _true_e, in_table=False),
+    _inside("spin_length_inside", "share of intervals that hold true e", _E, _true_e),
     Metric(
         "spin_length_missing",
         "spin length e",
         "",
         lambda result: "not found",
-        note=_no_spin_length_note,
-        applies=_no_spin_length,
+        note=lambda result: _joined(
+            result.no_spin_length_reason, _true_words(_true_e(result), _MILLI, " mm at 1 N")
+        ),
+        applies=_lacks_spin_length,
     ),
     _EstimateMetric(
         "torque_ratio_least_m",
@@ -279,38 +232,54 @@ METRICS = (
         lambda result: (_torque_ratio(result) or (None,))[0],
         "mm",
         3,
-        _torque_ratio_note,
-        applies=_no_spin_length,
-        bound=_no_spin_length,
+        lambda result: (
+            f"spin torque over normal force that was carried at {(_torque_ratio(result) or (0, 0))[1]:.3g} N"
+        ),
+        applies=_lacks_spin_length,
+        bound=_lacks_spin_length,
     ),
     _estimated(
         "load_exponent",
         "growth of e with load, gamma",
         _GAMMA,
         _true_exponent(_GAMMA),
-        remark=_assumed(_GAMMA),
-        applies=_spins,
+        _unless_measured(_GAMMA, lambda result: "assumed, not measured"),
+        applies=_has(_E),
     ),
-    _hidden("load_exponent_found", "gamma, if it was measured", "", _of_estimate(_GAMMA, _value_if_measured)),
+    _if_measured("load_exponent_found", "gamma, if it was measured", _GAMMA),
     _estimated(
         "norm_exponent",
         "norm exponent p",
         _P,
         _true_exponent(_P),
-        remark=_assumed(_P, "; --fit-exponents measures it"),
-        applies=_spins,
+        _unless_measured(_P, lambda result: "assumed, not measured; --fit-exponents measures it"),
+        applies=_has(_E),
     ),
-    _hidden("norm_exponent_found", "p, if it was measured", "", _of_estimate(_P, _value_if_measured)),
-    Metric("friction_over_speed", "friction over speed", "", _over_speed, note=_over_speed_note),
-    Metric("surface", "surface", "", _surface, note=_surface_note),
+    _if_measured("norm_exponent_found", "p, if it was measured", _P),
+    Metric(
+        "friction_over_speed",
+        "friction over speed",
+        "",
+        _over_speed,
+        note=_over_speed_note,
+        applies=lambda result: result.found.curve is not None and result.file is not None,
+    ),
+    Metric(
+        "surface",
+        "surface",
+        "",
+        lambda result: result.recognised.material,
+        note=lambda result: f"by the library {result.plan.config.library}; {result.recognised.verdict}",
+        applies=attrgetter("recognised"),
+    ),
     Metric(
         "verdict_ok",
         "assumptions held",
         "",
-        lambda result: result.found.verdict.ok,
+        attrgetter("found.verdict.ok"),
         note=lambda result: str(result.found.verdict),
-        applies=lambda result: result.file is not None,
+        applies=_rubbed,
     ),
-    _hidden("lost", "times contact was lost", "", lambda result: result.lost),
-    Metric("simulated_s", "time of the run", "s", lambda result: result.run.duration),
+    Metric("lost", "times contact was lost", "", attrgetter("lost"), in_table=False),
+    Metric("simulated_s", "time of the run", "s", attrgetter("run.duration")),
 )
