@@ -96,7 +96,7 @@ FINDINGS = (
     Finding(lambda result: result.assumptions.stiffness_differs, _stiffness),
     Finding(
         lambda result: result.tip,
-        lambda result: " ".join(f"Of the fingertip it is {each}." for each in result.tip.broken()),
+        lambda result: " ".join(f"Of the fingertip it is {each}." for each in result.tip),
     ),
     Finding(
         lambda result: result.map,

@@ -11,8 +11,7 @@ if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.experiments.kit.recorded_run import Recorded
     from palpate.kinematics.hand import HandKinematics
     from palpate.reporting.data import Quantity
-    from palpate.reporting.figure import Figure
-    from palpate.reporting.report import Report
+    from palpate.reporting.report import FigureSource, Report
     from palpate.robots.robot import Robot
     from palpate.runtime import Backend, Controller, FingerDescription, Limits, Observer, RunResult
     from palpate.runtime.following import FollowingMaker
@@ -291,8 +290,8 @@ class ExperimentDefaults:
     metrics: tuple[Metric, ...]
     findings: tuple[Finding, ...] = ()
 
-    def figures(self, result: Any) -> "Iterator[Figure]":
-        """Yield the figures of the report; none by default."""
+    def figures(self, result: Any) -> "Iterator[FigureSource]":
+        """Yield the figures of the report, or functions that draw one each; none by default."""
         yield from ()
 
     def report(self, result: Any) -> "Report":
