@@ -66,14 +66,14 @@ from palpate.sim.presets import EXPLORE
 from palpate.spatial import Vector
 from palpate.viewing import SurfaceView, ViewScene
 
-GRID = 2e-3
+MIN_GRID = 2e-3
 """Smallest distance between places whose height is looked up [m]."""
 
 MAX_PLACES = 5000
 """Largest number of places whose height is looked up; a height field takes some microseconds for each."""
 
 ROOM = 0.02
-"""Distance beyond the path that the supervisor allows [m]. The controller takes half of it, and marks what is
+"""Distance beyond the path that the supervisor allows [m]. The controller takes half of it, and marks places
 beyond instead of being stopped."""
 
 CONTOUR_BEND = 2.0
@@ -283,7 +283,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
     """
     target = as_target(touched).shape
     scan = scan_on(target, config)
-    # a scan is of the centre of the tip; what is moved is the tip frame, which never turns
+    # a scan is of the centre of the tip; the robot moves the tip frame, which never turns
     x, y, z = only_finger(robot).surface.center
     plane = PathPlane((-x, -y, -z))
     top, descent = (
@@ -458,7 +458,7 @@ def _tip_path(scan: Scan, target: SceneObject, plane: PathPlane, tip_height: flo
         tip_height: Distance from the tip's centre to its lowest point [m].
     """
     corners = scan.corners
-    grid = max(GRID, sum(math.dist(*ends) for ends in pairwise(corners)) / MAX_PLACES)
+    grid = max(MIN_GRID, sum(math.dist(*ends) for ends in pairwise(corners)) / MAX_PLACES)
     places = np.array(corners[:1])
     for a, b in pairwise(corners):
         count = max(1, math.ceil(math.dist(a, b) / grid))

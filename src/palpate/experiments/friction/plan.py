@@ -198,7 +198,7 @@ def plan(config: FrictionConfig, robot: Robot, attachments: Mapping[str, str]) -
         title=f"Friction of a {config.object} by touch",
         quantities=_quantities(wanted, expected),
         expected_duration=expected,
-        longest_duration=8.0 * expected + 20.0,  # what does not slip is rubbed again, up to eight times as far
+        longest_duration=8.0 * expected + 20.0,  # strokes without slip are repeated, up to eight times as far
         files=(FILE_NAME,),
         notes=_notes(config, wanted, left_out),
         wanted=wanted,
@@ -313,7 +313,7 @@ def _setup(config: FrictionConfig, robot: Robot) -> tuple[Setup, FrictionLaw | N
     if scene is None:
         return setup, plant
     if plant is None:
-        # what moves with the contact, D_n, the first scene tells by its friction's damping
+        # the first scene's friction damping gives the mass that moves with the contact
         fastest = max((config.speed, *config.speeds))
         lift = max(LIFT_SPEEDS * fastest, task.law.lift_speed * scene.pair.friction_damping / FRICTION_DAMPING)
         task = replace(task, law=replace(task.law, lift_speed=lift))

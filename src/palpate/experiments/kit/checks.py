@@ -1,10 +1,13 @@
-"""Checks of options and of requested forces, speeds and changes; imports nothing heavy.
+"""Checks of options, of requested forces, speeds and changes, and of output files; imports nothing heavy.
 
 An error names the option with its value, the bound, and the remedy.
 """
 
 import math
+import os
 from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING
 
 from palpate.errors import InvalidValueError, not_negative, positive
@@ -299,3 +302,52 @@ def check_changes(changes: Sequence[tuple[float, str, float]], live: "LiveParame
             live.check(name, value)
         except InvalidValueError as error:
             raise InvalidValueError(f"change after {time:g} s: {error}") from None
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder before the work, so that no result is lost.
+
+    Raises:
+        InvalidValueError: If the folder cannot be made or written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder):  # with a unique name, or without one
+            pass
+    except OSError as error:
+        raise InvalidValueError(f"out = {folder}: {error.strerror}; choose another folder (--out)") from None
+
+
+def check_folder(folder: Path) -> None:
+    """Check that `make_folder` could make a folder, without making it.
+
+    Raises:
+        InvalidValueError: If the folder cannot be made or written.
+    """
+    present = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not present.is_dir():
+        raise InvalidValueError(f"out = {folder}: {present} is no folder; choose another folder (--out)")
+    if not os.access(present, os.W_OK | os.X_OK):
+        raise InvalidValueError(f"out = {folder}: {present} cannot be written; choose another folder (--out)")
+
+
+def check_file(file: Path, option: str | None = "out") -> None:
+    """Check that a file can be written, without writing it.
+
+    Args:
+        file: Path of the file.
+        option: Option that names another file; None for a file without one.
+
+    Raises:
+        InvalidValueError: If the file cannot be written.
+    """
+    name, typed = ("file", "") if option is None else (option, f" (--{option})")
+    folder = file.parent
+    if not folder.exists():
+        raise InvalidValueError(f"{name} = {file}: there is no such folder; make it, or choose another{typed}")
+    if not folder.is_dir():
+        raise InvalidValueError(f"{name} = {file}: {folder} is no folder; choose another{typed}")
+    if file.is_dir():
+        raise InvalidValueError(f"{name} = {file}: is a folder; name a file in it{typed}")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InvalidValueError(f"{name} = {file}: {folder} cannot be written; choose another folder{typed}")

@@ -199,7 +199,7 @@ class OneFingerPlan(PlanDefaults, ABC):
         setup: Robot over the object.
         config: Configuration; its `seed` is that of the sensor's noise.
         title: Title of dry run and view.
-        quantities: Quantities of a dry run, besides those of joints and limits.
+        quantities: Quantities of a dry run, without those of joints and limits.
         expected_duration: Expected duration of the run [s].
         longest_duration: Time after which the run is stopped [s].
         files: Names of the files that the experiment writes.
@@ -241,8 +241,8 @@ class OneFingerPlan(PlanDefaults, ABC):
             robot: Robot that carries the fingertip.
             control: Function from the plan to a fresh controller.
             force: Largest normal force [N].
-            speed: Speed of the tip along the object [m/s]; the limits leave room for force control besides, up to
-                an error as large as `force`.
+            speed: Speed of the tip along the object [m/s]; the limits also leave room for force control, up to an
+                error as large as `force`.
             stiffness: Stiffness of the contact [N/m].
             duration: Expected duration [s].
             title: Title of the run.

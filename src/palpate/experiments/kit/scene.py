@@ -1,4 +1,4 @@
-"""Simulated scenes of experiments: how a log keeps a scene file, and what a view shows of a scene."""
+"""Simulated scenes of experiments: their files in a log, and their view."""
 
 from collections.abc import Mapping
 from typing import TypeVar
@@ -71,7 +71,7 @@ def scene_view(
     Args:
         title: Title of the view.
         model: Scene with a tip or a hand.
-        map_spacing: As in `ViewScene`.
+        map_spacing: Distance below which points of the map are merged [m], as in `ViewScene`.
         motions: Motions of driven joints, by name; for a `MovingTarget` of name n, `n_0`, `n_1`, ...
 
     Raises:

@@ -171,8 +171,8 @@ def contact_model(config: RegulateConfig, ready: RobotInScene, target: Target) -
 def _joint_mounting(scene: Scene) -> SpringMounting | None:
     """Return the mount that one joint with a spring forms under vertical pressing at the origin.
 
-    A joint of stiffness k, damping d and inertia m whose motion raises the pressed point by J per unit is a mount
-    of k / J^2, d / J^2, m / J^2.
+    A joint of stiffness k, damping d and inertia m raises the pressed point by J per unit of its motion. Its mount
+    has k / J^2, d / J^2 and m / J^2.
 
     Returns:
         None for an object that stands still, or moves by several joints or one without a spring: then the gain is
