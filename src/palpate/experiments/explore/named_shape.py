@@ -20,13 +20,13 @@ from palpate.mapping import (
 from palpate.mapping.primitives.choose import CLEAR, alternatives, unclear
 from palpate.mapping.primitives.shape import PrimitiveShape
 
-DEVIATIONS = 1.96
+_DEVIATIONS = 1.96
 """Standard deviations that hold 95 %."""
 
-MIN_BUDGET = 1e-9
+_MIN_BUDGET = 1e-9
 """Smallest error budget [m]."""
 
-OF_RESIDUALS = frozenset(
+_OF_RESIDUALS = frozenset(
     {
         Assumption.WHITE_IN_TIME,
         Assumption.WHITE_IN_PLACE,
@@ -37,7 +37,7 @@ OF_RESIDUALS = frozenset(
 )
 """Assumptions that may break where residuals are within the budget, which every band includes."""
 
-MAX_NOISE_RATIO = 2.0
+_MAX_NOISE_RATIO = 2.0
 """Largest RMS distance of a shape from the contacts in standard deviations of their noise. The noise is known to a
 factor of two (see `palpate.mapping.surface_map.learn`)."""
 
@@ -88,7 +88,7 @@ class NamedShape:
         """Infinite where the fit has not converged: its deviations are those of some place in a valley."""
         if self.fit is not None and self.fit.verdict.breaks(Assumption.CONVERGED):
             return np.full(len(sd), np.inf)
-        return DEVIATIONS * sd + self.budget.felt
+        return _DEVIATIONS * sd + self.budget.felt
 
 
 def named_shape(
@@ -116,9 +116,9 @@ def named_shape(
         )
     except InvalidValueError:
         return None
-    limit = math.hypot(budget.felt, MAX_NOISE_RATIO * model.noise)
+    limit = math.hypot(budget.felt, _MAX_NOISE_RATIO * model.noise)
     # the map's is of means over stretches; here each contact counts by itself
-    limit_tilt = math.hypot(budget.tilt, MAX_NOISE_RATIO * max(model.tilt, white_tilt(cloud)))
+    limit_tilt = math.hypot(budget.tilt, _MAX_NOISE_RATIO * max(model.tilt, white_tilt(cloud)))
     simplest = sorted(choice.fits, key=lambda kind: choice.fits[kind].unknowns)
     # a fit that has not converged counts: along a valley that is flat within a micrometre nothing converges
     near = tuple(kind for kind in simplest if choice.fits[kind].exists and choice.fits[kind].position_sd <= limit)
@@ -134,7 +134,7 @@ def named_shape(
         return NamedShape(None, possible, choice, limit, limit_tilt, budget, Verdict(tuple(unclear(possible))))
     fit = choice.fits[first]
     covered = fit.position_sd <= budget.felt and fit.normal_sd <= budget.tilt
-    broken = (each for each in fit.verdict.broken if not (covered and each.assumption in OF_RESIDUALS))
+    broken = (each for each in fit.verdict.broken if not (covered and each.assumption in _OF_RESIDUALS))
     return NamedShape(first, possible, choice, limit, limit_tilt, budget, Verdict(tuple(broken)))
 
 
@@ -142,7 +142,7 @@ def _excess(fit: PrimitiveFit[PrimitiveShape], over: PrimitiveFit[PrimitiveShape
     """Return the misfit of a fit beyond that of another, over the budget."""
     off = math.sqrt(max(fit.position_sd**2 - over.position_sd**2, 0.0))
     turned = math.sqrt(max(fit.normal_sd**2 - over.normal_sd**2, 0.0))
-    return max(off / max(budget.felt, MIN_BUDGET), turned / budget.tilt)
+    return max(off / max(budget.felt, _MIN_BUDGET), turned / budget.tilt)
 
 
 def _leaning(near: tuple[PrimitiveKind, ...]) -> Iterator[BrokenAssumption]:

@@ -11,16 +11,16 @@ from palpate.experiments.kit.world import World
 from palpate.robots.values import load_named_robot
 from palpate.spatial import scale
 
-DEFAULT_RADIUS = 0.02
+_DEFAULT_RADIUS = 0.02
 """Radius of the tip's area by default [m]; the supervisor's workspace ends 20 mm beyond."""
 
-MAX_DRAWN_SEED = 2**31
+_MAX_DRAWN_SEED = 2**31
 """Bound on the drawn seeds of the sensor."""
 
 
-def sphere_under_nano17() -> ExploreConfig:
+def _sphere_under_nano17() -> ExploreConfig:
     """Return the default exploration: a sphere of 40 mm radius, a stage, and a fingertip on a Nano17."""
-    return ExploreConfig(robot="stage-nano17", object="sphere", strategy="spiral", radius=DEFAULT_RADIUS)
+    return ExploreConfig(robot="stage-nano17", object="sphere", strategy="spiral", radius=_DEFAULT_RADIUS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,7 +35,7 @@ class ExploredWorlds:
         spread: Largest distance of the begin of an episode from the middle, along x and y [m].
     """
 
-    config: ExploreConfig = field(default_factory=sphere_under_nano17)
+    config: ExploreConfig = field(default_factory=_sphere_under_nano17)
     spread: float = 0.005
 
     def __post_init__(self) -> None:
@@ -49,7 +49,7 @@ class ExploredWorlds:
         """
         config, (x, y) = self.config, self.config.middle
         dx, dy = rng.uniform(-self.spread, self.spread, 2).tolist()
-        begun = replace(config, seed=int(rng.integers(MAX_DRAWN_SEED)), center=(x + dx, y + dy))
+        begun = replace(config, seed=int(rng.integers(_MAX_DRAWN_SEED)), center=(x + dx, y + dy))
         planned = plan(begun, load_named_robot(config.robot), {})
         parameters = planned.parameters
         return World(

@@ -10,7 +10,7 @@ from palpate.errors import not_negative, vector
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.spatial import ZERO, Vector
 
-WORLD_GROUP = "palpate.worlds"
+_WORLD_GROUP = "palpate.worlds"
 """Group of entry points that name a `WorldMaker`."""
 
 
@@ -56,4 +56,4 @@ def usual_worlds() -> WorldMaker:
 
     Entry points of the group `palpate.worlds` name what makes a `WorldMaker`.
     """
-    return cast("WorldMaker", next(iter(entry_points(group=WORLD_GROUP))).load()())
+    return cast("WorldMaker", next(iter(entry_points(group=_WORLD_GROUP))).load()())

@@ -23,14 +23,14 @@ from palpate.sensing.tip_calibration import Touches
 from palpate.spatial import IDENTITY, ZERO
 from palpate.viewing import ViewScene
 
-PERIOD_S = 1e-3
+_PERIOD_S = 1e-3
 """Control period [s]."""
 
 
 def _samples_at_rest() -> Iterator[Sample]:
     """Yield samples of an unloaded finger at rest."""
     for i in count():
-        time = i * PERIOD_S
+        time = i * _PERIOD_S
         arm = ArmSample(time, ZERO, IDENTITY, ZERO)
         yield Sample(time, arm, (WrenchSample(time, (0.0,) * 6, ZERO),))
 
@@ -92,7 +92,7 @@ class StillPlan(PlanDefaults):
 
     def backend(self) -> Backend:
         """Return a back end of samples at rest."""
-        return ReplayBackend(_samples_at_rest(), PERIOD_S)
+        return ReplayBackend(_samples_at_rest(), _PERIOD_S)
 
     def controller(self) -> NothingToDo:
         """Return a controller that ends the run."""
