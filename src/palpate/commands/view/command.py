@@ -21,11 +21,11 @@ from palpate.commands.view.scene import (
     write_video,
 )
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.checks import make_folder
 from palpate.experiments.kit.config_file import load_overlay
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.metric import metrics_of
-from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, robot_notes, written
 from palpate.experiments.kit.registry import experiment_named, experiment_names
