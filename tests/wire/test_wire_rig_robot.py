@@ -9,7 +9,7 @@ from palpate.commands.devices.config import DoctorConfig
 from palpate.commands.devices.doctor import run_doctor
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.kit.contact_truth import ContactTruth
+from palpate.experiments.kit.recorded_periods import ContactTruth
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan_regulation
 from palpate.hw.dynamixel.hand import DynamixelHand

@@ -21,7 +21,7 @@ from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, NAME_KEY, exper
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recording import notes_in
 from palpate.experiments.kit.registry import experiment_named
-from palpate.experiments.kit.repeat_words import command_line
+from palpate.experiments.kit.run_report import command_line
 from palpate.exporting.exporter import Episode, Exporter, Fact
 from palpate.open_kinds import kind_named
 from palpate.runtime.log import LogReader

@@ -20,7 +20,7 @@ from palpate.atomic_file import replacing
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.warm_up.config import WarmUpConfig
 from palpate.compiling import cache_folder
-from palpate.experiments.kit.versions import versions_text
+from palpate.experiments.kit.config_file import versions_text
 from palpate.runtime.progress import COUNT, lively, progress_bar, say
 
 STEPS = "palpate.commands.warm_up.steps"
