@@ -19,8 +19,7 @@ from palpate.experiments.kit.comparable import ErrorSample, FeltMap, WithErrors,
 from palpate.experiments.kit.experiment import Result
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.metric import metrics_of
-from palpate.experiments.kit.option_words import has_unit, option_words
-from palpate.experiments.kit.options import specs_of
+from palpate.experiments.kit.options import has_unit, option_words, specs_of
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import ProgressCallback, no_progress
 from palpate.mapping import Knowledge

@@ -9,9 +9,8 @@ import numpy as np
 
 from palpate.commands.replay.run import ReplayedLog, changeable
 from palpate.errors import FloatArray
-from palpate.experiments.kit.option_words import has_unit, option_words
-from palpate.experiments.kit.options import TOUCHED, specs_of
-from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
+from palpate.experiments.kit.config_file import VERSIONS_TEXT, versions_text
+from palpate.experiments.kit.options import TOUCHED, has_unit, option_words, specs_of
 from palpate.plain_text import inert
 from palpate.reporting.data import Quantity
 from palpate.reporting.figure import TIME, Axis, Figure, Panel

@@ -22,7 +22,7 @@ from palpate.experiments.friction.slip_points import slip_points
 from palpate.experiments.friction.stroke_curves import stroke_curves
 from palpate.experiments.friction.summary import measured_lengths
 from palpate.experiments.friction.words import outcome, settings
-from palpate.experiments.kit.recorded_series import recorded_series
+from palpate.experiments.kit.recorded_periods import recorded_series
 from palpate.reporting.figure import Figure
 from palpate.reporting.report import Figures, FigureSource, Report, Section, TextTable
 from palpate.reporting.run_figures import computing, force_overview

@@ -96,7 +96,7 @@ class Plan(Protocol):
         """Return a fresh controller."""
         ...
 
-    def texts(self) -> Mapping[str, str]:
+    def attachments(self) -> Mapping[str, str]:
         """Return what a log keeps besides configuration and robot to plan the very same again, by file name."""
         ...
 
@@ -175,7 +175,7 @@ class PlanDefaults:
         """Return the plan as it is."""
         return self
 
-    def texts(self) -> Mapping[str, str]:
+    def attachments(self) -> Mapping[str, str]:
         """Return nothing: configuration and robot suffice."""
         return {}
 
@@ -243,13 +243,13 @@ class Experiment(Protocol):
         """Metrics of a run, the most important first: for terminal, --json, report, sweeps and comparisons."""
         ...
 
-    def plan(self, config: Any, robot: "Robot | None", texts: Mapping[str, str]) -> Plan:
+    def plan(self, config: Any, robot: "Robot | None", attachments: Mapping[str, str]) -> Plan:
         """Check and build everything; nothing moves, no device is opened.
 
         Args:
             config: Configuration, an instance of `Config`.
             robot: Robot of the run; None if `config.robot` is None.
-            texts: What the log of an earlier run kept (see `Plan.texts`); empty for a new run.
+            attachments: Texts of the log of an earlier run (see `Plan.attachments`); empty for a new run.
 
         Raises:
             InvalidValueError: If the run cannot be carried out; the message names the remedy.

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from palpate.experiments.kit.recorded_series import recorded_series
+from palpate.experiments.kit.recorded_periods import recorded_series
 from palpate.experiments.regulate.figures import bode_figure, error_figure, step_figure
 from palpate.experiments.regulate.quantities import margins, quantities
 from palpate.experiments.regulate.response import FrequencyResponse
