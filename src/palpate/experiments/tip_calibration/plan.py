@@ -24,12 +24,12 @@ from palpate.experiments.kit.recorded_run import Recorded, carry_out
 from palpate.experiments.kit.run_checks import check_force
 from palpate.experiments.tip_calibration.bench import simulated_bench
 from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipCalibrationConfig
-from palpate.experiments.tip_calibration.felt import FeltTouches, felt_touches, joined_touches
-from palpate.experiments.tip_calibration.files import FILE_NAMES
+from palpate.experiments.tip_calibration.findings import FILE_NAMES
+from palpate.experiments.tip_calibration.found_tip import TipErrors, true_tip
 from palpate.experiments.tip_calibration.known import KnownBefore
 from palpate.experiments.tip_calibration.places import Approach, first_touches
+from palpate.experiments.tip_calibration.touches import FeltTouches, felt_touches, joined_touches
 from palpate.experiments.tip_calibration.touches_csv import read_touches, touches_text
-from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
 from palpate.reporting.data import Quantity
 from palpate.robots.finger_sensor import model_with_noise, noise_of
 from palpate.robots.fingertip import fingertip, only_finger
