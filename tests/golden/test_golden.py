@@ -34,9 +34,9 @@ def differences(found, kept):
         if found[key] != kept[key]
     }
     metrics, expected = found["metrics"], kept["metrics"]
-    different |= {  # a metric that is added later is not kept
+    different |= {
         key: (metrics.get(key), expected.get(key))
-        for key in expected
+        for key in expected  # a metric that was added since is no difference
         if not _alike(key, metrics.get(key), expected.get(key))
     }
     for row, command in zip(found["commands"], kept["commands"], strict=True):

@@ -137,7 +137,7 @@ def test_an_exploration_runs_on_it_as_on_a_simulated_robot(cell, tmp_path):
     assert not found.truth.known
     report = Explore().report(found)
     metrics = {metric.name: metric.text for metric in report.all_metrics}
-    assert metrics["true normal force"] == metrics["points to true surface"] == NOT_KNOWN
+    assert metrics["true normal force, RMS error"] == metrics["points to true surface, RMS"] == NOT_KNOWN
     assert write_result(Explore(), found, report, tmp_path / "out").files[0].stat().st_size > 10_000
     assert planned_again(planned).parameters == planned.parameters
 

@@ -16,6 +16,9 @@ from palpate.runtime.palette import CARD
 NOTHING = "Nothing has to be done."
 """Text of a report without advice."""
 
+_MAX_SUMMARY = 8
+"""Maximum number of metrics in the text of a result."""
+
 COLUMNS = ("name", "value", "unit", "note")
 """Columns of a table of metrics."""
 
@@ -186,6 +189,14 @@ def quantity_table(metrics: Iterable[Quantity], title: str = "", outcome: str = 
     for metric in metrics:
         table.add_row(Text(metric.name), Text(metric.text), Text(metric.unit), Text(metric.note))
     return table
+
+
+def report_summary(report: Report) -> str:
+    """Return title, outcome and main metrics of a report as a few lines of text."""
+    shown = (f"  {k.name}: {k.text} {k.unit}".rstrip() for k in report.metrics[:_MAX_SUMMARY])
+    more = len(report.metrics) - _MAX_SUMMARY
+    ending = [f"  and {more} more metrics"] if more > 0 else []
+    return "\n".join([report.title, report.outcome, *shown, *ending])
 
 
 def report_fragment(report: Report) -> str:
