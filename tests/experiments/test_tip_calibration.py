@@ -20,7 +20,7 @@ from palpate.experiments.tip_calibration.bench import believed_targets, simulate
 from palpate.experiments.tip_calibration.found_tip import TipErrors, true_tip
 from palpate.experiments.tip_calibration.known import typed_tip
 from palpate.experiments.tip_calibration.places import Approach, first_touches
-from palpate.experiments.tip_calibration.touches import BLOCKS, felt_touches
+from palpate.experiments.tip_calibration.touches import BLOCK_COUNT, felt_touches
 from palpate.experiments.tip_calibration.touches_csv import read_touches, touches_text
 from palpate.robots.robot import load_robot
 from palpate.robots.surface_entries import CapsuleEntry, EllipsoidEntry, SphereEntry
@@ -141,7 +141,7 @@ def test_the_deviation_of_a_mean_counts_correlation(correlation):
 def test_a_tip_that_creeps_is_left_out_and_one_that_rests_nowhere_refused():
     with pytest.raises(InvalidValueError, match="nothing was felt at rest"):
         felt_touches([MadeUp(LOADS, NOISE, creep=1e-3)], SPANS, [0] * 5)
-    short = [replace(SPANS[0], held=(0.5, 0.5 + (2 * BLOCKS - 2) * 1e-3))]
+    short = [replace(SPANS[0], held=(0.5, 0.5 + (2 * BLOCK_COUNT - 2) * 1e-3))]
     with pytest.raises(InvalidValueError, match="nothing was felt at rest"):
         felt_touches([MadeUp(LOADS, NOISE)], short, [0])
 

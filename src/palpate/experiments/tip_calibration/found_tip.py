@@ -32,9 +32,9 @@ from palpate.yaml_text import yaml_text
 if TYPE_CHECKING:  # results judge the tip that is described here
     from palpate.experiments.tip_calibration.result import TipCalibrationResult
 
-AXES = "xyz"
+_AXES = "xyz"
 
-MAX_SIZE_ERROR, MAX_CENTER_ERROR, MAX_TURN_ERROR, MAX_STIFFNESS_FACTOR = 0.05, 1e-3, radians(3.0), 2.0
+_MAX_SIZE_ERROR, _MAX_CENTER_ERROR, _MAX_TURN_ERROR, _MAX_STIFFNESS_FACTOR = 0.05, 1e-3, radians(3.0), 2.0
 """Largest errors that a seed draws: relative, [m] along each axis, [rad], and a factor."""
 
 
@@ -62,10 +62,10 @@ class TipErrors:
         rng = np.random.default_rng(config.unknown_tip)
         axis = rng.normal(size=3)
         return cls(
-            float(rng.uniform(-MAX_SIZE_ERROR, MAX_SIZE_ERROR)),
-            as_vector(rng.uniform(-MAX_CENTER_ERROR, MAX_CENTER_ERROR, 3)),
-            as_vector(MAX_TURN_ERROR * axis / np.linalg.norm(axis)),
-            float(MAX_STIFFNESS_FACTOR ** rng.uniform(-1.0, 1.0)),
+            float(rng.uniform(-_MAX_SIZE_ERROR, _MAX_SIZE_ERROR)),
+            as_vector(rng.uniform(-_MAX_CENTER_ERROR, _MAX_CENTER_ERROR, 3)),
+            as_vector(_MAX_TURN_ERROR * axis / np.linalg.norm(axis)),
+            float(_MAX_STIFFNESS_FACTOR ** rng.uniform(-1.0, 1.0)),
         )
 
 
@@ -115,9 +115,9 @@ def surface_entry(fit: TipFit, robot: Robot) -> Mapping[str, object]:
     for name, value in zip(shape.names, fit.sizes.tolist(), strict=True):
         stem, axis, unit = name.rpartition("_x_") if "_x_" in name else ("", "", "")
         if axis:  # a key of the file holds three lengths that have a name each
-            values = [fit.sizes[shape.names.index(f"{stem}_{each}_{unit}")] for each in AXES]
+            values = [fit.sizes[shape.names.index(f"{stem}_{each}_{unit}")] for each in _AXES]
             keys["semi_axes_m" if stem == "semi_axis" else f"{stem}_{unit}"] = _rounded(values)
-        elif not any(f"_{each}_" in name for each in AXES):
+        elif not any(f"_{each}_" in name for each in _AXES):
             keys[name] = _rounded([value])[0]
     deviations = fit.unknowns.of("deviations", fit.values).tolist()
     entry: dict[str, object] = {"kind": "near_sphere" if deviations else shape.kind, **keys}
@@ -150,7 +150,7 @@ def surface_sd_entry(fit: TipFit) -> Mapping[str, object]:
 
 
 def calibration_files(result: "TipCalibrationResult") -> Mapping[str, Writer]:
-    """Return the files by name; without touches, the plan of those to be made alone."""
+    """Return the files by name; without touches, only the plan of the next ones."""
     robot, fit, targets = result.robot, result.fit, result.known.targets
     texts = {NEXT_FILE: planned_text(result.next_touches, targets)}
     if result.touches is not None and fit is not None:

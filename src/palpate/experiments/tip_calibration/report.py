@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+import trimesh
 
 from palpate.errors import FloatArray
 from palpate.experiments.kit.experiment import ExperimentDefaults
@@ -23,17 +24,17 @@ from palpate.runtime.palette import BOUND, FELT, QUIET_COLOUR, SET, TRUTH
 from palpate.sensing.tip_calibration import TipFit
 from palpate.yaml_text import yaml_text
 
-TIP_BLOCKS = ("size", "center", "rotation", "stiffness", "exponent", "deviations", "mount_turn", "mount_shift")
+_TIP_BLOCKS = ("size", "center", "rotation", "stiffness", "exponent", "deviations", "mount_turn", "mount_shift")
 """Blocks of unknowns that belong to the tip and its mounting."""
 
-SHOWN_UNITS = {"m": (1e3, "mm"), "rad": (180.0 / math.pi, "degrees")}
+_SHOWN_UNITS = {"m": (1e3, "mm"), "rad": (180.0 / math.pi, "degrees")}
 """Factor and unit by which lengths and angles are shown."""
 
-LOG_PREFIX = "log_"
+_LOG_PREFIX = "log_"
 """Beginning of the names of unknowns whose logarithm is sought."""
 
-TURNS, RINGS = 48, 25
-"""Number of normals of a drawn tip, around and from pole to pole."""
+_SPHERE_COUNT = (25, 48)
+"""Number of normals of a drawn tip, from pole to pole and around."""
 
 
 def calibration_report(experiment: ExperimentDefaults, result: TipCalibrationResult) -> Report:
@@ -72,27 +73,27 @@ def _sections(result: TipCalibrationResult, fit: TipFit) -> tuple[Section, ...]:
     entry = yaml_text({"surface": surface_entry(fit, result.robot), "surface_sd": surface_sd_entry(fit)})
     lines = TextTable([(line,) for line in entry.splitlines()], ("name",))
     return (
-        Section("The tip", (QuantityTable(tuple(tip_rows(fit))),)),
-        Section("Figures", (Figures(lambda: calibration_figures(result, fit)),)),
+        Section("The tip", (QuantityTable(tuple(_tip_rows(fit))),)),
+        Section("Figures", (Figures(lambda: _calibration_figures(result, fit)),)),
         Section("What was touched", (TextTable(_place_rows(fit)),)),
         Section("For the robot file", (Paragraph(note), lines)),
     )
 
 
-def tip_rows(fit: TipFit) -> Iterator[Quantity]:
+def _tip_rows(fit: TipFit) -> Iterator[Quantity]:
     """Yield the found numbers, each with its standard deviation and typed value."""
     unknowns = fit.unknowns
-    for i in (i for block in TIP_BLOCKS for i in range(len(unknowns.each))[unknowns.blocks[block]]):
+    for i in (i for block in _TIP_BLOCKS for i in range(len(unknowns.each))[unknowns.blocks[block]]):
         each, value, sd = unknowns.each[i], float(fit.values[i]), float(fit.sd[i])
         typed, certain = each.typed, "determined" if fit.told[i] else "NOT determined by these touches"
-        if each.name.startswith(LOG_PREFIX):
-            name, unit = each.name.removeprefix(LOG_PREFIX), "N/m"
+        if each.name.startswith(_LOG_PREFIX):
+            name, unit = each.name.removeprefix(_LOG_PREFIX), "N/m"
             typed, value = math.exp(typed), math.exp(value)
             sd *= value
         else:
             stem, _, ending = each.name.rpartition("_")
-            factor, unit = SHOWN_UNITS.get(ending, (1.0, ""))
-            name = stem if ending in SHOWN_UNITS else each.name
+            factor, unit = _SHOWN_UNITS.get(ending, (1.0, ""))
+            name = stem if ending in _SHOWN_UNITS else each.name
             typed, value, sd = factor * typed, factor * value, factor * sd
         note = f"+- {sd:.2g}; typed {typed:.6g}; {certain}"
         yield Quantity(name.replace("_", " "), value, unit, note, digits=6)
@@ -126,7 +127,7 @@ def _settings(result: TipCalibrationResult) -> tuple[tuple[str, str], ...]:
     )
 
 
-def calibration_figures(result: TipCalibrationResult, fit: TipFit) -> Iterator[Figure]:
+def _calibration_figures(result: TipCalibrationResult, fit: TipFit) -> Iterator[Figure]:
     """Yield the figures of the tip, the residuals, and the gap over force and time."""
     yield _tip_figure(result, fit)
     yield _residual_figure(fit)
@@ -136,7 +137,8 @@ def calibration_figures(result: TipCalibrationResult, fit: TipFit) -> Iterator[F
 def _tip_figure(result: TipCalibrationResult, fit: TipFit) -> Figure:
     """Return the found tip beside the typed one, with the touches on it."""
     gap = 1e6 * fit.residuals[:, 0]
-    normals, triangles = _sphere()
+    sphere = trimesh.creation.uv_sphere(count=_SPHERE_COUNT)
+    normals, triangles = np.array(sphere.vertices), np.array(sphere.faces)
     typed, found = tip_points(result.known.tip, normals), found_points(fit, normals)
     off = 1e6 * np.einsum("ni,ni->n", found - typed, normals)
     most = max(float(np.abs(off).max()), 1.0)
@@ -216,16 +218,3 @@ def _dots(fit: TipFit, x: FloatArray, y: FloatArray) -> Iterator[Mark]:
         at, (colour, _, symbol, _) = fit.touches.target == j, look_of(j)
         if at.any():
             yield Points(x[at], y[at], target.name, colour, 6.0, symbol)
-
-
-def _sphere() -> tuple[FloatArray, np.ndarray[tuple[int, int], np.dtype[np.intp]]]:
-    """Return normals all around, and triangles between them."""
-    polar = np.linspace(1e-3, np.pi - 1e-3, RINGS)
-    around = np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)
-    p, a = (each.ravel() for each in np.meshgrid(polar, around, indexing="ij"))
-    normals = np.column_stack([np.sin(p) * np.cos(a), np.sin(p) * np.sin(a), np.cos(p)])
-    i, j = (each.ravel() for each in np.meshgrid(np.arange(RINGS - 1), np.arange(TURNS), indexing="ij"))
-    here, beside = i * TURNS + j, i * TURNS + (j + 1) % TURNS
-    first = np.column_stack([here, beside, here + TURNS])
-    second = np.column_stack([beside, beside + TURNS, here + TURNS])
-    return normals, np.concatenate([first, second])

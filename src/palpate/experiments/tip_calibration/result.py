@@ -19,7 +19,7 @@ from palpate.robots.robot import Robot
 from palpate.runtime import RunResult
 from palpate.sensing.tip_calibration import PlannedTouch, TipFit, Touches, TypedTip
 
-NEXT_COUNT = 20
+_NEXT_COUNT = 20
 """Number of touches that are planned after a calibration."""
 
 
@@ -106,7 +106,7 @@ def calibration_in(plan: TipPlan | StillPlan, recorded: Recorded) -> TipCalibrat
     known, config, robot = plan.known, plan.config, plan.described
     touches, unrested = plan.touches_of(recorded)
     fit = None if touches is None else known.fit(touches)
-    count = config.touch_count if fit is None else NEXT_COUNT
+    count = config.touch_count if fit is None else _NEXT_COUNT
     return TipCalibrationResult(
         recorded.run,
         config,

@@ -16,16 +16,16 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.runtime import Record
 from palpate.sensing.tip_calibration import Touches
 
-BLOCKS = 8
+BLOCK_COUNT = 8
 """Number of blocks of a rest: each must exceed the correlation time of the noise, and their scatter be known."""
 
 MIN_WRENCH_SD = (1e-4, 1e-4, 1e-4, 1e-6, 1e-6, 1e-6)
 """Least standard deviation of a mean, even without noise [N, N m]: a tenth of the finest sensors' resolution."""
 
-MAX_CREEP = 5e-5
+_MAX_CREEP = 5e-5
 """Largest motion of the tip from the first to the second half of a rest [m]."""
 
-PAUSE = 10.0
+_PAUSE_TIME = 10.0
 """Time between the first touches and the next ones [s]."""
 
 
@@ -41,8 +41,8 @@ class _Window:
     @property
     def block_variance(self) -> FloatArray:
         """Variance of the mean of the wrench, shape (6,)."""
-        means = [block.mean(axis=0) for block in np.array_split(self.wrench, BLOCKS)]
-        return np.asarray(np.var(means, axis=0, ddof=1) / BLOCKS)
+        means = [block.mean(axis=0) for block in np.array_split(self.wrench, BLOCK_COUNT)]
+        return np.asarray(np.var(means, axis=0, ddof=1) / BLOCK_COUNT)
 
     @property
     def creep(self) -> float:
@@ -79,12 +79,12 @@ def felt_touches(pieces: Iterable[Record], spans: Sequence[HeldSpan], targets: S
     found = [
         (span, before, at)
         for span, before, at in zip(spans, windows[: len(spans)], windows[len(spans) :], strict=True)
-        if min(len(before.time), len(at.time)) >= 2 * BLOCKS
+        if min(len(before.time), len(at.time)) >= 2 * BLOCK_COUNT
     ]
-    rested = [each for each in found if each[2].creep <= MAX_CREEP]
+    rested = [each for each in found if each[2].creep <= _MAX_CREEP]
     if not rested:
         raise InvalidValueError(
-            f"nothing was felt at rest: {len(spans)} rests, {len(found)} with {2 * BLOCKS} samples or more; "
+            f"nothing was felt at rest: {len(spans)} rests, {len(found)} with {2 * BLOCK_COUNT} samples or more; "
             "are the things where they are thought to be (--plate, --rod, --ball)?"
         )
     variance = np.mean([before.block_variance + at.block_variance for _, before, at in rested], axis=0)
@@ -97,7 +97,7 @@ def felt_touches(pieces: Iterable[Record], spans: Sequence[HeldSpan], targets: S
         np.array([at.position.mean(axis=0) for _, _, at in rested]),
         np.array([at.time.mean() for _, _, at in rested]),
     )
-    return FeltTouches(touches, tuple(sorted({span.touch for span, _, at in found if at.creep > MAX_CREEP})))
+    return FeltTouches(touches, tuple(sorted({span.touch for span, _, at in found if at.creep > _MAX_CREEP})))
 
 
 def _windows(pieces: Iterable[Record], limits: Sequence[tuple[float, float]]) -> list[_Window]:
@@ -124,6 +124,6 @@ def joined_touches(first: Touches, second: Touches) -> Touches:
         each.name: np.concatenate([getattr(first, each.name), getattr(second, each.name)])
         for each in fields(Touches)
     }
-    later = float(first.time.max(initial=0.0)) - float(second.time.min(initial=0.0)) + PAUSE
+    later = float(first.time.max(initial=0.0)) - float(second.time.min(initial=0.0)) + _PAUSE_TIME
     columns["time"] = np.concatenate([first.time, second.time + later])
     return Touches(**columns)
