@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.config_checks import check_friction, check_seed, check_size, check_spin_length
+from palpate.experiments.kit.checks import check_friction, check_seed, check_size, check_spin_length
 from palpate.experiments.kit.options import NOISY, check_options, option
 
 HeldName = Literal["box", "cylinder", "sphere"]

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import trimesh
@@ -17,7 +18,7 @@ from palpate.experiments.tip_calibration.result import TipCalibrationResult
 from palpate.reporting.data import Quantity
 from palpate.reporting.figure import Axis, Figure, Panel, Space
 from palpate.reporting.marks import Band, Colouring, ColourScale, Mark, Points, Rule, look_of
-from palpate.reporting.report import Figures, Paragraph, QuantityTable, Report, Section, TextTable
+from palpate.reporting.report import Figures, FigureSource, Paragraph, QuantityTable, Report, Section, TextTable
 from palpate.reporting.solids import Solid, Spots, Surface
 from palpate.runtime import Ending
 from palpate.runtime.palette import BOUND, FELT, QUIET_COLOUR, SET, TRUTH
@@ -127,11 +128,11 @@ def _settings(result: TipCalibrationResult) -> tuple[tuple[str, str], ...]:
     )
 
 
-def _calibration_figures(result: TipCalibrationResult, fit: TipFit) -> Iterator[Figure]:
+def _calibration_figures(result: TipCalibrationResult, fit: TipFit) -> Iterator[FigureSource]:
     """Yield the figures of the tip, the residuals, and the gap over force and time."""
-    yield _tip_figure(result, fit)
-    yield _residual_figure(fit)
-    yield _gap_figure(fit)
+    yield partial(_tip_figure, result, fit)
+    yield partial(_residual_figure, fit)
+    yield partial(_gap_figure, fit)
 
 
 def _tip_figure(result: TipCalibrationResult, fit: TipFit) -> Figure:
