@@ -1,4 +1,4 @@
-"""Rub a surface: friction and how it bears torque."""
+"""Measurement of friction by rubbing a surface."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,19 +20,19 @@ def measure_friction(
     *,
     progress: bool = False,
 ) -> "FrictionResult":
-    """Rub a surface, and return its friction, and how it bears torque.
+    """Rub a surface, and return its friction and limit surface.
 
     Args:
-        config: How.
+        config: Configuration of the run.
         out: Folder for log, report and files; nothing is written if not given.
-        observers: Called every period with sample, observation and command.
-        progress: Whether a bar shows how far it has got, on a terminal or in a notebook.
+        observers: Observers that are called every period with sample, observation and command.
+        progress: Whether a progress bar is shown, on a terminal or in a notebook.
 
     Raises:
-        InvalidValueError: It cannot be carried out, or what was felt tells nothing.
-        OSError: A file cannot be written.
+        InvalidValueError: If the run cannot be carried out or evaluated.
+        OSError: If a file cannot be written.
     """
-    from palpate.experiments.friction.experiment import FindFriction  # what runs and draws is imported only now
+    from palpate.experiments.friction.experiment import FindFriction  # imported here: heavy
     from palpate.experiments.kit.script import perform
 
     found: FrictionResult = perform(FindFriction(), config, out, observers, progress=progress)
