@@ -4,12 +4,15 @@ import itertools
 
 import numpy as np
 import pytest
-from palpate.experiments.friction.measured import Interval
-from palpate.experiments.friction.slip_points import SurfacePoints
-from palpate.experiments.friction.stroke_curves import StrokeCurve
 
 from palpate.commands.compare.runs import spread_figure
-from palpate.experiments.friction.figures import stroke_figure, surface_figure
+from palpate.experiments.friction.figures import (
+    Interval,
+    StrokeCurve,
+    SurfacePoints,
+    stroke_figure,
+    surface_figure,
+)
 from palpate.experiments.kit.comparable import ErrorSample
 from palpate.friction import LimitSurface
 from palpate.reporting.marks import Line, Points, look_of
