@@ -44,6 +44,8 @@ from palpate.experiments.kit.one_finger import (
     Identified,
     PressingPlan,
     Setup,
+    check_workspace,
+    workspace_around,
 )
 from palpate.kinematics import follow_path
 from palpate.mapping import Knowledge
@@ -404,27 +406,14 @@ def _limits(
     """
     (x0, y0), (x1, y1) = scan.box
     lower, upper = plane.base((x0, y0), top - descent), plane.base((x1, y1), top)
-    for axis, low, high, least, most in zip(
-        "xyz", lower, upper, robot.workspace_lower, robot.workspace_upper, strict=True
-    ):
-        if high > most or (low < least and axis != "z"):  # the object decides how far down it comes
-            raise InvalidValueError(
-                f"the path reaches from {low:g} to {high:g} m along {axis}: it leaves the robot's workspace, "
-                f"{least:g} to {most:g} m (limits.workspace_lower_m, workspace_upper_m in the robot file); take a "
-                "smaller region or object, or a robot with more room"
-            )
+    remedy = "take a smaller region or object, or a robot with more room"
+    check_workspace(robot, lower, upper, remedy, down_to_object=True)
     stopping = 0.5 * speed**2 / acceleration
-    # nearer to the robot's own workspace the supervisor stops what moves on
+    # nearer to the robot's own workspace the supervisor stops a tip that moves on
     braking = speed * (robot.sample_age + Stopping().delay)
-
-    def around(room: float, inset: float = 0.0) -> tuple[Vector, Vector]:
-        low = (max(a - room, least + inset) for a, least in zip(lower, robot.workspace_lower, strict=True))
-        high = (min(a + room, most - inset) for a, most in zip(upper, robot.workspace_upper, strict=True))
-        return (next(low), next(low), next(low)), (next(high), next(high), next(high))
-
-    workspace_lower, workspace_upper = around(_ROOM + stopping)
+    workspace_lower, workspace_upper = workspace_around(robot, lower, upper, _ROOM + stopping)
     limits = msgspec.structs.replace(robot, workspace_lower=workspace_lower, workspace_upper=workspace_upper)
-    return limits, Room(*around(0.5 * _ROOM + stopping, braking))
+    return limits, Room(*workspace_around(robot, lower, upper, 0.5 * _ROOM + stopping, braking))
 
 
 def _check_push(config: ExploreConfig, ready: RobotInScene) -> None:
