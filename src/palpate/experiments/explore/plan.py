@@ -84,9 +84,6 @@ _CONTOUR_BEND = 2.0
 _SPARE_TIME = 10.0
 """Time that a run may take beyond the longest duration of its scan [s]."""
 
-_MILLI = 1e3
-"""mm per m."""
-
 _LOOK_EVERY = 10
 """Periods between two looks at the marks: ten milliseconds, three times as often as figures are drawn."""
 
@@ -459,17 +456,17 @@ def _tip_path(scan: Scan, target: SceneObject, plane: PathPlane, tip_height: flo
 
 def _quantities(config: ExploreConfig, scan: Scan, effort: Effort) -> tuple[Quantity, ...]:
     """Return the quantities of a dry run."""
-    (x0, y0), (x1, y1) = ((_MILLI * x, _MILLI * y) for x, y in scan.box)
+    (x0, y0), (x1, y1) = ((1e3 * x, 1e3 * y) for x, y in scan.box)
     length_note = "what is felt decides" if math.isnan(scan.length) else "seen from above"
     return (
         Quantity("path", scan.line),
         Quantity("expected duration", scan.duration(effort), "s", "without pressing first"),
         Quantity("longest duration", scan.longest(effort) + _SPARE_TIME, "s", "then it is stopped"),
-        Quantity("path length", _MILLI * scan.length, "mm", length_note),
+        Quantity("path length", 1e3 * scan.length, "mm", length_note),
         Quantity("path along x", x1 - x0, "mm", f"from {x0:.4g} to {x1:.4g} mm"),
         Quantity("path along y", y1 - y0, "mm", f"from {y0:.4g} to {y1:.4g} mm"),
         Quantity("force", config.force, "N", "to hold"),
         Quantity("greatest force asked for", config.greatest_force, "N"),
-        Quantity("speed", _MILLI * config.speed, "mm/s", "along the surface"),
-        Quantity("landing speed", _MILLI * effort.parameters.landing_speed, "mm/s"),
+        Quantity("speed", 1e3 * config.speed, "mm/s", "along the surface"),
+        Quantity("landing speed", 1e3 * effort.parameters.landing_speed, "mm/s"),
     )

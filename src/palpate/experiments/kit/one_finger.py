@@ -50,6 +50,9 @@ from palpate.yaml_text import yaml_text
 CLEARANCE = 0.003
 """Height of the tip above the object's top at the start [m]."""
 
+SEARCH_DEPTH = 0.005
+"""Depth of the search below the lowest expected place of the surface [m]."""
+
 MAX_LANDING_SPEED = 0.005
 """Largest landing speed, however soft a contact is [m/s]."""
 

@@ -80,9 +80,6 @@ _ROUNDS = 3
 _MOTION_END = 0.8
 """Time that the end of each motion adds [s]."""
 
-_MILLI = 1e3
-"""mm per m."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class TipPlan(OneFingerPlan):
@@ -251,9 +248,9 @@ def _quantities(
         Quantity("expected duration", whole, "s", "all touches"),
         Quantity("forces", len(forces), "", ", ".join(f"{each:g} N" for each in forces)),
         Quantity("greatest force asked for", max(forces), "N"),
-        Quantity("landing speed", _MILLI * parameters.landing_speed, "mm/s"),
-        Quantity("travel speed", _MILLI * parameters.travel.speed, "mm/s"),
-        Quantity("search distance", _MILLI * parameters.search_distance, "mm", "of the first touches"),
+        Quantity("landing speed", 1e3 * parameters.landing_speed, "mm/s"),
+        Quantity("travel speed", 1e3 * parameters.travel.speed, "mm/s"),
+        Quantity("search distance", 1e3 * parameters.search_distance, "mm", "of the first touches"),
         Quantity("turn of the tip, largest", turn, "rad"),
         Quantity("phase margin of pressing", margin, "deg", "at the typed stiffness"),
     )
