@@ -95,9 +95,8 @@ def _watch(config: ViewConfig, tool: TopicViewer | None, console: Console) -> Co
     plan = plan_for(experiment, run_config)
     if plan.robot is not None:
         plan.robot.file.backend.check_drivers()
-    earlier_run(
-        run_config.out, experiment.name, ()
-    )  # a log among another command's files would be taken for theirs
+    # a log among another command's files would be taken for one of theirs
+    earlier_run(run_config.out, experiment.name, ())
     make_folder(run_config.out)
     if plan.preparation:
         with doing(console, plan.preparation):

@@ -27,12 +27,12 @@ from palpate.experiments.kit.one_finger import (
 )
 from palpate.experiments.kit.recorded_run import Recorded, carry_out
 from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipCalibrationConfig
-from palpate.experiments.tip_calibration.felt import FeltTouches, felt_touches, joined_touches
-from palpate.experiments.tip_calibration.files import FILE_NAMES
+from palpate.experiments.tip_calibration.findings import FILE_NAMES
+from palpate.experiments.tip_calibration.found_tip import TipErrors, true_tip
 from palpate.experiments.tip_calibration.known import KnownBefore, simulated_bench
 from palpate.experiments.tip_calibration.places import Approach, first_touches
+from palpate.experiments.tip_calibration.touches import FeltTouches, felt_touches, joined_touches
 from palpate.experiments.tip_calibration.touches_csv import read_touches, touches_text
-from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
 from palpate.reporting.data import Quantity
 from palpate.robots.fingertip import fingertip
 from palpate.robots.robot import Robot

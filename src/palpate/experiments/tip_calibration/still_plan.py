@@ -8,7 +8,7 @@ from palpate.controllers.touch_sequence import TouchOutcome
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
 from palpate.experiments.kit.recorded_run import Recorded
 from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipCalibrationConfig
-from palpate.experiments.tip_calibration.files import FILE_NAMES
+from palpate.experiments.tip_calibration.findings import FILE_NAMES
 from palpate.experiments.tip_calibration.known import KnownBefore
 from palpate.experiments.tip_calibration.touches_csv import load_touches, read_touches
 from palpate.reporting.data import Quantity
