@@ -35,7 +35,7 @@ from palpate.experiments.explore.plan import ExplorationPlan
 from palpate.experiments.kit.comparable import ErrorSample
 from palpate.experiments.kit.recorded_periods import ContactTruth
 from palpate.experiments.kit.recorded_run import ChangeOutcome, Recorded
-from palpate.experiments.kit.shown_result import ShownResult
+from palpate.experiments.kit.registry import ShownResult
 from palpate.mapping import HeightMap, TouchCloud
 from palpate.mapping.primitives import PrimitiveKind, SphereShape, fit_primitive
 from palpate.runtime import Phase, Record, RunResult
