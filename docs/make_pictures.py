@@ -15,7 +15,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.surface_figure import ERROR_OF_POINTS, HEIGHT_QUANTITY, surface_figure
 from palpate.friction.pressure import limit_curve
 from palpate.reporting.figure import Space
-from palpate.reporting.paper import write_picture
+from palpate.reporting.paper import write_figure
 from palpate.reporting.solids import coloured_by
 from palpate.runtime import palette
 
@@ -68,7 +68,7 @@ def exploration() -> None:
     (space,) = picture.panels
     assert isinstance(space, Space)
     sides = (replace(space, marks=coloured_by(space.marks, each)) for each in (HEIGHT_QUANTITY, ERROR_OF_POINTS))
-    write_picture(replace(picture, panels=tuple(sides), columns=2), HERE / "exploration.png")
+    write_figure(replace(picture, panels=tuple(sides), columns=2), HERE / "exploration.png")
     print(f"exploration.png: points {1e6 * found.point_rms:.1f} µm RMS from the true surface")
 
 

@@ -32,10 +32,9 @@ from palpate.experiments.explore.explored_map import (
     touch_cloud,
 )
 from palpate.experiments.explore.plan import ExplorationPlan
-from palpate.experiments.kit.change_outcome import ChangeOutcome
 from palpate.experiments.kit.comparable import ErrorSample
-from palpate.experiments.kit.contact_truth import ContactTruth
-from palpate.experiments.kit.recorded_run import Recorded
+from palpate.experiments.kit.recorded_periods import ContactTruth
+from palpate.experiments.kit.recorded_run import ChangeOutcome, Recorded
 from palpate.experiments.kit.shown_result import ShownResult
 from palpate.mapping import HeightMap, TouchCloud
 from palpate.mapping.primitives import PrimitiveKind, SphereShape, fit_primitive
@@ -210,7 +209,7 @@ class ExplorationResult(ShownResult):
     def held_motion(self) -> float | None:
         """Largest motion of a held object or tool in the fingers [m]; None if nothing is held, NaN on a robot."""
         moved = self.truth.held_position
-        if not self.plan.holding:
+        if not self.plan.fingers[1:]:
             return None
         return float(np.max(np.linalg.norm(moved - moved[:1], axis=1))) if len(moved) else float("nan")
 
@@ -233,12 +232,12 @@ def evaluate(plan: ExplorationPlan, recorded: Recorded) -> ExplorationResult:
     kept, set_force, truth = felt_in_scan(record), _set_force(plan, recorded, record), recorded.contact_truth
     force_noise, moment_noise = config.noise
     cloud, target = touch_cloud(plan, record), plan.target if truth.known else None
-    assumptions = assumption_check(record, plan.finger, stiffness=config.stiffness, kept=kept)
+    assumptions = assumption_check(record, plan.fingers[0], stiffness=config.stiffness, kept=kept)
     mapped = tip = None
     if len(cloud):
         budget = map_budget(
             record,
-            plan.finger,
+            plan.fingers[0],
             kept=kept,
             set_force=set_force,
             half_compliance=plan.half_compliance,
@@ -248,7 +247,7 @@ def evaluate(plan: ExplorationPlan, recorded: Recorded) -> ExplorationResult:
             shown=assumptions.offset,
         )
         mapped = explored_map(plan, record, cloud, target, budget, recorded.progress)
-        tip = tip_findings(record, plan.finger, kept=kept, tip=plan.tip_uncertainty, place_sd=budget.aside)
+        tip = tip_findings(record, plan.fingers[0], kept=kept, tip=plan.tip_uncertainty, place_sd=budget.aside)
     return ExplorationResult(
         plan,
         recorded.run,

@@ -349,7 +349,7 @@ def _stiffness(
         model: Noise of contacts by the map.
         rows: Distance of rows, or of taps, on the surface [m].
     """
-    kept, finger = felt_in_scan(record), plan.finger
+    kept, finger = felt_in_scan(record), plan.fingers[0]
     speed = np.linalg.norm(record.velocity[kept], axis=1)
     # over a whole swing: drift, such as normals tilted by a sensor's cross-talk, is not mistaken for compression
     window = max(_MIN_STIFFNESS_WINDOW, plan.config.force_period * float(np.median(speed)))

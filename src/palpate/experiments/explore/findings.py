@@ -54,7 +54,7 @@ def _events(result: "ExplorationResult") -> set[str]:
 
 
 def _changes(result: "ExplorationResult") -> str:
-    from palpate.experiments.kit.change_outcome import change_sentences
+    from palpate.experiments.kit.recorded_run import change_sentences
 
     return " ".join(change_sentences(result.changes, result.run.duration, "the sweep began"))
 

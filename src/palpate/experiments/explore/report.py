@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,20 +17,18 @@ from palpate.experiments.explore.map_growth import growth_figure, snapshots_figu
 from palpate.experiments.explore.scans import ContourScan
 from palpate.experiments.explore.surface_figure import MICRO, MILLI, contour_figure, surface_figure
 from palpate.experiments.explore.tables import candidate_rows, layer_rows, map_rows, shape_rows, shape_sentence
-from palpate.experiments.kit.change_outcome import change_rows
 from palpate.experiments.kit.metric import NOT_KNOWN
-from palpate.experiments.kit.recorded_series import recorded_series
-from palpate.experiments.kit.repeat_words import log_row
-from palpate.experiments.kit.run_report import report_of
+from palpate.experiments.kit.recorded_periods import recorded_series
+from palpate.experiments.kit.recorded_run import change_rows
+from palpate.experiments.kit.run_report import log_row, report_of
 from palpate.mapping import TouchCloud
 from palpate.reporting.data import Quantity, TimeSeries
 from palpate.reporting.figure import TIME, Axis, Figure, Panel
 from palpate.reporting.marks import Bars, Line, Rule, unnamed
-from palpate.reporting.report import Figures, Paragraph, QuantityTable, Report, Section, TextTable
+from palpate.reporting.report import Figures, FigureSource, Paragraph, QuantityTable, Report, Section, TextTable
 from palpate.reporting.run_figures import force_overview, force_zoom, phase_spans, true_and_felt
-from palpate.robots.known_truth import cost_row
+from palpate.robots.known_truth import cost_of, cost_row
 from palpate.runtime import Ending
-from palpate.sim.scene_cost import scene_cost
 
 if TYPE_CHECKING:
     from palpate.experiments.explore.experiment import Explore
@@ -104,12 +103,12 @@ def _map_sections(result: ExplorationResult, found: ExploredMap) -> Iterator[Sec
         yield Section("Which shape it is", (sentence, TextTable(shape_rows(found.shape)), candidates))
 
 
-def _growth_figures(result: ExplorationResult) -> Iterator[Figure]:
+def _growth_figures(result: ExplorationResult) -> Iterator[FigureSource]:
     growth = result.growth
     if growth is not None and growth.area.any():
-        yield growth_figure(growth)
+        yield partial(growth_figure, growth)
     if growth is not None:
-        yield snapshots_figure(growth)
+        yield partial(snapshots_figure, growth)
 
 
 def _error_figures(result: ExplorationResult) -> Iterator[Figure]:
@@ -136,7 +135,7 @@ def _error_figures(result: ExplorationResult) -> Iterator[Figure]:
     )
 
 
-def _time_figures(result: ExplorationResult) -> Iterator[Figure | None]:
+def _time_figures(result: ExplorationResult) -> Iterator[FigureSource]:
     record, truth = result.record, result.truth
     series = recorded_series(
         record,
@@ -145,9 +144,9 @@ def _time_figures(result: ExplorationResult) -> Iterator[Figure | None]:
         true_spin_torque=np.where(truth.touching, result.true_spin_torque, np.nan) if truth.known else None,
     )
     if series.phase:
-        yield force_overview(series)
-        yield force_zoom(series)
-        yield spin_figure(series, result.cloud)
+        yield partial(force_overview, series)
+        yield partial(force_zoom, series)
+        yield partial(spin_figure, series, result.cloud)
 
 
 def spin_figure(series: TimeSeries, cloud: TouchCloud) -> Figure:
@@ -189,12 +188,12 @@ def _force_ratio(cloud: TouchCloud) -> tuple[FloatArray, FloatArray]:
 
 def settings(result: ExplorationResult) -> tuple[tuple[str, str], ...]:
     """Return the request with units, and the gain that followed from it."""
-    config, known, scene = result.config, result.truth.known, result.plan.scene
+    config, known = result.config, result.truth.known
     friction = f"{config.friction:g}, {MILLI * config.spin_length:g} mm" if known else NOT_KNOWN
     force_noise, moment_noise = config.noise
     swing = f", ± {config.force_swing:g} N as a sine of {config.force_period:g} s" if config.force_swing else ""
     return (
-        ("object", object_line(result.plan.task.target, config)),
+        ("object", object_line(result.plan.setup.task.target, config)),
         ("fingertip", f"{' x '.join(f'{MILLI * s:g}' for s in config.tip)} mm"),
         ("normal force", f"{config.force:g} N{swing}"),
         ("speed along the surface", f"{MILLI * config.speed:g} mm/s"),
@@ -204,7 +203,7 @@ def settings(result: ExplorationResult) -> tuple[tuple[str, str], ...]:
         (f"contact stiffness, {'simulated and ' if known else ''}assumed", f"{config.stiffness / 1e3:g} kN/m"),
         ("sensor noise", f"{MILLI * force_noise:g} mN, {MILLI * moment_noise:g} mN m, seed {config.seed}"),
         ("robot", config.robot),
-        *cost_row(None if scene is None else scene_cost(scene.model)),
+        *cost_row(cost_of(result.plan.ready.backend)),
         ("control period", f"{MILLI * result.run.timing.period:g} ms"),
         *_force_law(result),
         *change_rows(result.changes),

@@ -1,18 +1,95 @@
-"""How much rows some distance apart would miss, judged from what was felt along one row.
-
-Rows a gap apart leave the surface between them to interpolation from heights and slopes. A row is felt densely,
-so it tells what such interpolation would miss **along** it: the error of the cubic Hermite polynomial over the
-same gap. Detail is taken to be as fine across the rows as along them.
-"""
+"""Contacts along straight strokes, and what rows some distance apart would miss between them."""
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
-from palpate.controllers.paths.row import Row
 from palpate.errors import FloatArray, not_negative, positive
 
-CROSS = 0.125
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Row:
+    """Heights and slopes along a straight stroke at constant v, in the plane of the path.
+
+    They are those of the surface on which the origin of the tip frame moves, parallel to the object's: its height
+    is a function of where the tip is, and the normal of the contact is its normal.
+
+    Attributes:
+        v: Where the stroke runs [m].
+        u: Middles of the stretches, increasing, shape (n,) [m].
+        height: Shape (n,) [m].
+        slope: dh/du, shape (n,).
+        cross_slope: dh/dv, shape (n,).
+    """
+
+    v: float
+    u: FloatArray
+    height: FloatArray
+    slope: FloatArray
+    cross_slope: FloatArray
+
+    def __len__(self) -> int:
+        """Number of stretches."""
+        return len(self.u)
+
+    @property
+    def profile(self) -> FloatArray:
+        """Heights from the slopes alone, shape (n,) [m]: right but for a constant.
+
+        Normals err far less over a few millimetres than heights do: 0.5 degrees per contact are 3 um over 5 mm,
+        where the heights of contacts differ by 30 um.
+        """
+        steps = 0.5 * np.diff(self.u) * (self.slope[1:] + self.slope[:-1])
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    @classmethod
+    def of(cls, v: float, stretches: list[tuple[float, float, float, float]]) -> Self:
+        """Return the row of (u, height, slope, cross slope) in any order."""
+        table = np.array(stretches, dtype=np.float64).reshape(-1, 4)
+        table = table[np.argsort(table[:, 0], kind="stable")]
+        return cls(v, table[:, 0], table[:, 1], table[:, 2], table[:, 3])
+
+
+class RowRecorder:
+    """Averages what is felt over stretches, one call per period."""
+
+    def __init__(self, stretch: float) -> None:
+        """Take the length of a stretch [m]."""
+        self._stretch = stretch
+        self._stretches: list[tuple[float, float, float, float]] = []
+        self._begin = 0.0
+        self._count = 0
+        self._u = self._h = self._hu = self._hv = 0.0
+
+    def feel(self, u: float, height: float, slope: float, cross_slope: float) -> None:
+        """Take one period."""
+        if self._count and abs(u - self._begin) >= self._stretch:
+            self._close()
+        if not self._count:
+            self._begin = u
+        self._count += 1
+        self._u += u
+        self._h += height
+        self._hu += slope
+        self._hv += cross_slope
+
+    def take(self, v: float) -> Row:
+        """Return what was felt since the last call, and start again."""
+        self._close()
+        row = Row.of(v, self._stretches)
+        self._stretches = []
+        return row
+
+    def _close(self) -> None:
+        n = self._count
+        if n:
+            self._stretches.append((self._u / n, self._h / n, self._hu / n, self._hv / n))
+        self._count = 0
+        self._u = self._h = self._hu = self._hv = 0.0
+
+
+CROSS_WEIGHT = 0.125
 """Error in height per gap and cross slope: as end slopes count in Hermite interpolation."""
 
 
@@ -39,10 +116,10 @@ class TouchNoise:
         """Return the variance that noise alone gives `missed` at a gap, at most [m^2].
 
         The profile is a sum of slopes, so its second difference over the gap has stretch * gap / 4 times their
-        variance; then the slopes at both ends count gap / 8, and the cross slopes `CROSS` gap. That the slopes at
-        the ends are also part of the profile is left out: it takes off a tenth at 20 stretches, a quarter at 8.
+        variance; then the slopes at both ends count gap / 8, and the cross slopes `CROSS_WEIGHT` gap. The slopes
+        at the ends are also part of the profile. Leaving that out adds a tenth at 20 stretches, a quarter at 8.
         """
-        return self.slope**2 * (0.25 * stretch * gap + gap * gap / 32.0 + 1.5 * (CROSS * gap) ** 2)
+        return self.slope**2 * (0.25 * stretch * gap + gap * gap / 32.0 + 1.5 * (CROSS_WEIGHT * gap) ** 2)
 
 
 def missed(row: Row, gap: float, at: FloatArray) -> FloatArray:
@@ -66,7 +143,7 @@ def missed(row: Row, gap: float, at: FloatArray) -> FloatArray:
     along = np.interp(at, longer, profile) - across
     cross = row.cross_slope
     aside = np.interp(at, u, cross) - 0.5 * (np.interp(low, u, cross) + np.interp(high, u, cross))
-    error = np.hypot(along, CROSS * gap * aside)
+    error = np.hypot(along, CROSS_WEIGHT * gap * aside)
     error[(low < u[0] - slack) | (high > u[-1] + slack)] = np.nan
     return np.asarray(error)
 
