@@ -44,7 +44,7 @@ from palpate.runtime.shown_plan import PlanChange
 if TYPE_CHECKING:  # draws
     from palpate.experiments.explore.map_growth import MapGrowth
 
-MISSED_EVENTS = frozenset(
+_MISSED_EVENTS = frozenset(
     {PathEvent.STEEP, PathEvent.LOST, PathEvent.UNREACHABLE, PathEvent.BLOCKED, PathEvent.OPEN}
 )
 """Events of places that were planned and not felt; the other events belong to places that were felt."""
@@ -58,7 +58,7 @@ def marks_text(marks: Sequence[Mark]) -> str:
 
 def missed_marks(marks: Sequence[Mark]) -> tuple[Mark, ...]:
     """Return the marks of places that were planned and not felt."""
-    return tuple(mark for mark in marks if mark.event in MISSED_EVENTS)
+    return tuple(mark for mark in marks if mark.event in _MISSED_EVENTS)
 
 
 def write_marks_csv(marks: Sequence[Mark], path: str | os.PathLike[str]) -> None:
