@@ -19,8 +19,8 @@ import pytest
 from palpate import ContactStatus, Cylinder, Ellipsoid, Plane, Sphere, contacts_from_wrenches
 from palpate.commands.command_result import ExitCode
 from palpate.commands.contact.config import ContactConfig
-from palpate.commands.contact.tool import contact_result, fingertip, run_contact
-from palpate.commands.wrench_csv import LONGEST_LINE, WrenchReader
+from palpate.commands.contact.tool import contact_result, fingertip, run_contact, wrench_blocks
+from palpate.csv_table import MAX_LINE_BYTES
 from palpate.errors import InvalidValueError
 from palpate.sensing.uncertainty import contacts_uncertainties, white_noise
 from support.waiting import until
@@ -174,7 +174,7 @@ ROW = lines_of(WRENCHES)[0]
         ("\n\n# nothing\n", ["is empty"]),
         (ROW, ["line 1", "numbers where the header should be"]),
         (f"fx,fy,fz,mx,my\n{ROW}", ["line 1", "no column mz"]),
-        (f"fx,fy,fz,tx,ty\n{ROW}", ["line 1", "no column mz"]),
+        (f"fx,fy,fz,tx,ty\n{ROW}", ["line 1", "no column tz"]),
         (f"fx,fy,fz,tx,ty,mz\n{ROW}", ["line 1", "no column mx, my"]),
         ("fx;fy;fz;mx;my;mz\n1;2;3;4;5;6", ["line 1", "by commas, not ';'"]),
         ("fx\tfy\tfz\tmx\tmy\tmz\n", ["line 1", "commas, not '\\t'"]),
@@ -186,16 +186,16 @@ ROW = lines_of(WRENCHES)[0]
         (f"fx_n,fy,fz,mx,my,mz\n{ROW}", ["line 1", "'n' is not known"]),
         (f"fx_,fy,fz,mx,my,mz\n{ROW}", ["line 1", "'fx_' names no unit"]),
         (f"status,{HEADER}\n1,{ROW}", ["line 1", "'status'", "output column", "rename"]),
-        (f"{HEADER}\n{ROW}\n1,2,3,4,5", ["line 3", "5 fields", "6 columns"]),
-        (f"{HEADER}\n{ROW},7", ["line 2", "7 fields"]),
-        (f"{HEADER}\n{ROW}\n1,2,abc,4,5,6", ["line 3", "fz = 'abc'", "number"]),
-        (f"{HEADER}\n1,2,,4,5,6", ["line 2", "fz = ''"]),
-        (f"{HEADER}\n1,2,1_0,4,5,6", ["line 2", "fz = '1_0'"]),
+        (f"{HEADER}\n{ROW}\n1,2,3,4,5", ["line 3", "has 5 fields: must be 6"]),
+        (f"{HEADER}\n{ROW},7", ["line 2", "has 7 fields: must be 6"]),
+        (f"{HEADER}\n{ROW}\n1,2,abc,4,5,6", ["line 3", "fz_N = 'abc'", "number"]),
+        (f"{HEADER}\n1,2,,4,5,6", ["line 2", "fz_N = ''"]),
+        (f"{HEADER}\n1,2,1_0,4,5,6", ["line 2", "fz_N = '1_0'"]),
         (f"{HEADER}\n1,2,٣,4,5,6", ["line 2", "fz"]),
-        (f"{HEADER}\n1,2,0x10,4,5,6", ["line 2", "fz = '0x10'"]),
-        (f"{HEADER}\n{ROW}\n\n# c\n1,2,nan,4,5,6", ["line 5", "fz = 'nan'", "finite", "--not-finite mark"]),
-        (f"{HEADER}\n1,2,-Infinity,4,5,6", ["line 2", "fz = '-Infinity'"]),
-        (f"{HEADER}\n1,2,1e999,4,5,6", ["line 2", "fz = '1e999'"]),
+        (f"{HEADER}\n1,2,0x10,4,5,6", ["line 2", "fz_N = '0x10'"]),
+        (f"{HEADER}\n{ROW}\n\n# c\n1,2,nan,4,5,6", ["line 5", "fz_N = 'nan'", "finite", "--not-finite mark"]),
+        (f"{HEADER}\n1,2,-Infinity,4,5,6", ["line 2", "fz_N = '-Infinity'"]),
+        (f"{HEADER}\n1,2,1e999,4,5,6", ["line 2", "fz_N = '1e999'"]),
         (f'{HEADER}\n1,2,"3,4,5,6', ["line 2", "quoted field"]),
         (f'note,{HEADER}\n"a\nb",{ROW}', ["line 2", "closed on its line"]),
         (f"{HEADER}\n{ROW}\x00", ["line 2", "control character '\\x00'"]),
@@ -203,8 +203,8 @@ ROW = lines_of(WRENCHES)[0]
         ((f"{HEADER}\n{ROW}").encode("utf-16"), ["line 1", "UTF-16", "UTF-8"]),
         (HEADER.encode() + b"\n1,2,3,4,5,\xff", ["line 2", "not UTF-8"]),
         (bytes(range(128, 256)) * 40, ["line 1"]),
-        ("x" * (3 * LONGEST_LINE), ["line 1", "longer than"]),
-        (HEADER + "\n" + "1" * (2 * LONGEST_LINE) + "\n", ["line 2", "longer than"]),
+        ("x" * (3 * MAX_LINE_BYTES), ["line 1", "longer than"]),
+        (HEADER + "\n" + "1" * (2 * MAX_LINE_BYTES) + "\n", ["line 2", "longer than"]),
     ],
 )
 @pytest.mark.parametrize("to_file", [True, False])
@@ -356,7 +356,7 @@ def test_memory_does_not_grow_with_the_input():
     peaks = []
     for rows in (2_000, 10_000):
         tracemalloc.start()
-        count = sum(len(block) for _, block in WrenchReader(Endless(rows), "rows").blocks())
+        count = sum(len(block.texts) for block in wrench_blocks(Endless(rows), "rows"))
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
         assert count == rows
@@ -372,9 +372,9 @@ def test_how_the_bytes_arrive_does_not_matter(size):
             return super().read1(size)
 
     text = f"\ufeffµ,{HEADER}\r\n1,{ROW}\r\n# ü\r\n2,{ROW}".encode()
-    rows = [row for _, block in WrenchReader(Drip(text), "drip").blocks() for row in block]
-    assert [row.copied for row in rows] == [("1",), ("2",)]
-    np.testing.assert_array_equal([row.wrench for row in rows], WRENCHES[[0, 0]])
+    blocks = list(wrench_blocks(Drip(text), "drip"))
+    assert [text for block in blocks for text in block.texts] == [("1",), ("2",)]
+    np.testing.assert_array_equal(np.vstack([block.wrenches for block in blocks]), WRENCHES[[0, 0]])
 
 
 # --- fuzz --------------------------------------------------------------------------------------------------------

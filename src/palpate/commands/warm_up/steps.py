@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from palpate import compiling, surfaces
-from palpate.commands.calibrate.sensor_presets import preset_sensor
+from palpate.commands.calibrate.run import preset_sensor
 from palpate.controllers.grip.hanging_load import ForceErrors, OpposedLoad
 from palpate.controllers.grip.load_ahead import LoadAhead
 from palpate.controllers.grip.wrench_ahead import WrenchAhead

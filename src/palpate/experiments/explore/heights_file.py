@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.bounded_file import read_array, read_text
-from palpate.csv_table import BOUNDS, NumberTable, number_in, read_csv_table, short
+from palpate.csv_table import BOUNDS, CsvTable, number_in, read_csv_table, short
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sim import HeightField
 from palpate.sim.objects.mesh_file import LARGEST, SMALLEST
@@ -66,7 +66,7 @@ def load_heights(path: Path, metres_per_unit: float, size: tuple[float, ...]) ->
     except OSError as error:
         raise InvalidValueError(f"file = {name}: cannot be read: {error.strerror}") from None
     own, table = _extent(name, text), read_csv_table(text, name, HOLDS)
-    if table.columns:
+    if table.columns.names:
         heights, sides = _map(table)
         own = (metres_per_unit * sides[0], metres_per_unit * sides[1])
     else:
@@ -139,9 +139,9 @@ def _extent(name: str, text: str) -> tuple[float, float] | None:
     return width, depth
 
 
-def _map(table: NumberTable) -> tuple[FloatArray, tuple[float, float]]:
+def _map(table: CsvTable) -> tuple[FloatArray, tuple[float, float]]:
     """Heights of a table of points, shape (ny, nx), and their extent along x and y; in the file's unit."""
-    name = table.name
+    name = table.columns.table
     x, y, z = table.numbers("x_m", "y_m", "z_m").T
     column, across = _places(name, "x_m", x)
     row, along = _places(name, "y_m", y)

@@ -35,13 +35,11 @@ def read_motion(kind: type[Table], text: str, name: str) -> Table:
     Raises:
         InvalidValueError: It is no such file.
     """
-    table = read_csv_table(text, name, f"four numbers, time [s] and {_VECTOR[kind]}", COLUMNS)
+    table = read_csv_table(text, name, f"four numbers, time [s] and {_VECTOR[kind]}", width=COLUMNS)
     numbers = table.numbers()
     wrong = np.flatnonzero(~(np.abs(numbers) <= LARGEST).all(axis=1))
     if len(wrong):
-        raise InvalidValueError(
-            f"{name}, line {table.lines[wrong[0]]}: every number must be finite, at most {LARGEST:g} in size"
-        )
+        raise table.wrong(int(wrong[0]), f"every number must be finite, at most {LARGEST:g} in size")
     try:
         return kind(tuple(numbers[:, 0].tolist()), tuple((x, y, z) for _, x, y, z in numbers.tolist()))
     except InvalidValueError as error:
