@@ -52,14 +52,16 @@ check: $(VENV)/.check  ## Lint, check formatting, types, the direction of import
 	$(BIN)/python tests/support/no_wall_clock.py tests
 	$(BIN)/python docs/make_api.py --check
 	$(BIN)/python docs/make_faults.py --check
+	$(BIN)/python docs/make_metrics.py --check
 
 format: $(VENV)/.check  ## Format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-api: $(VENV)/.test  ## Make docs/public-names.md and docs/faults.md anew, from the docstrings and the table
+api: $(VENV)/.test  ## Make docs/public-names.md, faults.md and metrics.md anew
 	$(BIN)/python docs/make_api.py
 	$(BIN)/python docs/make_faults.py
+	$(BIN)/python docs/make_metrics.py
 
 docs: $(VENV)/.docs $(VENV)/.kernels  ## Build the documents into build/docs; a warning fails
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs build/docs

@@ -19,7 +19,7 @@ from harness.study import Effort, Errors, Row, Study
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.exploration import ExplorationResult, found_by
+from palpate.experiments.explore.exploration import ExplorationResult, evaluate
 from palpate.experiments.explore.plan import plan
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.robots.robot import Robot, load_robot
@@ -61,7 +61,7 @@ class Way:
     def explore(self, specimen: int) -> ExplorationResult:
         """Explore with one specimen."""
         planned = plan(replace(self.config, seed=self.config.seed + specimen), self.robot(specimen), {})
-        return found_by(planned, carry_out(planned))
+        return evaluate(planned, carry_out(planned))
 
 
 def study(title: str, case: Callable[[Way], str], ways: Sequence[Way], effort: Effort) -> Study:

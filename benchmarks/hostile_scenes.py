@@ -13,9 +13,9 @@ import trimesh
 
 from palpate.errors import FloatArray
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.exploration import ExplorationResult, found_by
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.explore.exploration import ExplorationResult, evaluate
 from palpate.experiments.explore.plan import ExplorationPlan, plan, plan_on
-from palpate.experiments.explore.report import outcome
 from palpate.experiments.kit.recorded_run import RecordedRun, carry_out
 from palpate.robots.finger_sensor import sensor_for
 from palpate.robots.robot import ROBOT_TEXT, Robot, load_robot, read_robot
@@ -90,7 +90,7 @@ def carried_out(config: ExploreConfig, truth: Truth, robot: Robot | None = None)
     """Plan for what `config` says, and explore what is true."""
     planned = plan(config, load_robot(config.robot) if robot is None else robot, {})
     run = RecordedRun(planned, in_truth(planned, truth))
-    return found_by(planned, run.recorded(run.run()))
+    return evaluate(planned, run.recorded(run.run()))
 
 
 def drifting(name: str, force: Vector, moment: Vector = ZERO, minutes: float = 10.0) -> Robot:
@@ -160,7 +160,7 @@ class Hostile:
 
     def missed(self, found: ExplorationResult) -> list[str]:
         """Name what was asked for and missed."""
-        wrong, told = [], outcome(found)
+        wrong, told = [], Explore().report(found).outcome
         if most_force(found) > found.plan.wall.limit:
             wrong.append(f"{most_force(found):.2f} N, the limit is {found.plan.wall.limit:g} N")
         if not rests(found):
@@ -231,4 +231,4 @@ class Wall:
                 planned.limits, force=1e4, impact_force=None, moment=1e3, spin_torque=1e3
             ),
         )
-        return found_by(planned, carry_out(planned))
+        return evaluate(planned, carry_out(planned))

@@ -14,8 +14,8 @@ from hostile_scenes import NANO17
 
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.explore.exploration import ExplorationResult
-from palpate.experiments.explore.report import outcome
 
 FORCE_RMS, MAP_RMS, COVERED = 0.05, 1e-5, 0.90
 """Largest RMS error of the force [N] and of the map [m] on smooth meshes; least share inside the band."""
@@ -181,7 +181,7 @@ def explored(
 def missed(case: MeshCase, found: ExplorationResult) -> Iterator[str]:
     """Name the figures that an exploration of a mesh misses."""
     if not found.truth.touching[found.scanning].all() or found.run.ending.value != "done":
-        yield f"contact was lost ({outcome(found)})"
+        yield f"contact was lost ({Explore().report(found).outcome})"
     if case.smooth and found.force_rms >= FORCE_RMS:
         yield f"force RMS {found.force_rms:.3f} N"
     if found.map is None or not found.map.claimed.any():

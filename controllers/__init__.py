@@ -17,7 +17,7 @@ from palpate.controllers.normal_force import NormalForce
 from palpate.controllers.normal_tracker import NormalTracker
 from palpate.controllers.orientation import NormalAxis, Orientation
 from palpate.controllers.paths.path_follower import PathFollower
-from palpate.controllers.paths.raster import Raster
+from palpate.controllers.paths.polygons import Raster
 from palpate.controllers.reference_force import ReferenceForce
 from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters

@@ -20,11 +20,18 @@ from palpate.controllers.guarded_approach import ContactEvent, GuardedApproach, 
 from palpate.controllers.held_force import HeldForce
 from palpate.controllers.normal_tracker import NormalTracker
 from palpate.controllers.orientation import Orientation, carried_along
-from palpate.controllers.paths.contact_period import ContactPeriod
-from palpate.controllers.paths.legs import Hop, Leg, LegEnd, LegResult, SingleTouch, Stroke
-from palpate.controllers.paths.plane import Point
 from palpate.controllers.paths.slides import Slide, prepare, slide
-from palpate.controllers.paths.strategy import Strategy
+from palpate.controllers.paths.strategy import (
+    ContactPeriod,
+    Hop,
+    Leg,
+    LegEnd,
+    LegResult,
+    Point,
+    SingleTouch,
+    Strategy,
+    Stroke,
+)
 from palpate.controllers.surface_motion import SurfaceFilter
 from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Command, Observation, Phase

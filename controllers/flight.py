@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from palpate.controllers.explore_parameters import ExploreParameters
 from palpate.controllers.guarded_approach import lift_over
-from palpate.controllers.paths.plane import PathPlane, Point
-from palpate.controllers.paths.travel import NEAR, Travel
+from palpate.controllers.paths.path_follower import NEAR_PLACE, Travel
+from palpate.controllers.paths.strategy import PathPlane, Point
 from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Phase
 from palpate.spatial import ZERO, Vector, add, dot, norm, scale, subtract
@@ -113,7 +113,7 @@ class Flight:
             return
         (to, height), space, wanted = self._goal, self._space, self._space.parameters
         # below where the run began the object may be an obstacle, and is met no faster than on landing
-        low = height < space.top - NEAR
+        low = height < space.top - NEAR_PLACE
         speed = min(wanted.landing_speed, wanted.travel_speed) if low else wanted.travel_speed
         travel = Travel(state.tip, to, height, space.plane, speed, wanted.acceleration, space.period)
         self.phase, self._travel = Phase.TRAVEL, travel
@@ -130,7 +130,7 @@ class Flight:
     def _bump(self, travel: Travel, state: TipState) -> None:
         top, height = self._space.top, self._space.plane.flat(state.tip)[2]
         self._bumps += 1
-        if (travel.risen and height > top - NEAR) or not self._free or self._bumps > MAX_BUMPS:
+        if (travel.risen and height > top - NEAR_PLACE) or not self._free or self._bumps > MAX_BUMPS:
             self.arrived = False
             return
         self._goal = (travel.to, min(max(travel.height, height) + self._space.parameters.lift_distance, top))

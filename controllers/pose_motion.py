@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from palpate.controllers.gains import LOOP_GAIN
 from palpate.controllers.orientation import ACCELERATION_IN_RATES
-from palpate.controllers.paths.travel import NEAR
+from palpate.controllers.paths.path_follower import NEAR_PLACE
 from palpate.errors import check_positive, positive
 from palpate.kinematics.pose import rotvec_from_rotation, times, transposed
 from palpate.runtime.data import ArmSample
@@ -87,7 +87,7 @@ class PoseMotion:
         (position, rotation), limits = self._goal, self._limits
         away = subtract(position, now.position_base_tip)
         turned = _turn_to(now.rotation_base_tip, rotation) if limits.turning > 0.0 else ZERO
-        self.arrived = norm(away) <= NEAR and norm(turned) <= ALIGNED
+        self.arrived = norm(away) <= NEAR_PLACE and norm(turned) <= ALIGNED
         self.late = not self.arrived and time > self._until
         if self.arrived:
             return ZERO, ZERO

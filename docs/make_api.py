@@ -155,9 +155,9 @@ PAGES = {
         "Experiments of your own",
         "What an experiment is, its options, its plan, its runs, and where it is found.",
         ("palpate.experiments.kit", "palpate.experiments.kit.one_finger", "palpate.experiments.kit.recorded_run",
-         "palpate.experiments.kit.contact_truth", "palpate.experiments.kit.script",
+         "palpate.experiments.kit.recorded_periods", "palpate.experiments.kit.script",
          "palpate.experiments.kit.from_log", "palpate.experiments.kit.recording",
-         "palpate.experiments.kit.registry", "palpate.experiments.kit.scene_view", "palpate.csv_table"),
+         "palpate.experiments.kit.registry", "palpate.experiments.kit.scene", "palpate.csv_table"),
     ),
     "robots": Page(
         "Robots",
@@ -174,8 +174,8 @@ PAGES = {
         "Reports",
         "What a run tells its reader: HTML, tables, pictures.",
         ("palpate.reporting.report", "palpate.reporting.data", "palpate.reporting.page",
-         "palpate.reporting.picture", "palpate.reporting.marks", "palpate.reporting.solids",
-         "palpate.reporting.paper", "palpate.reporting.run_figures", "palpate.reporting.report"),
+         "palpate.reporting.figure", "palpate.reporting.marks", "palpate.reporting.solids",
+         "palpate.reporting.paper", "palpate.reporting.run_figures", "palpate.reporting.grasp_figures"),
     ),
 }  # fmt: skip
 """The pages in the order of the contents."""
@@ -210,8 +210,10 @@ ENTRY = re.compile(r"([\w.*]+(?:, [\w.*]+)*):(?: |$)(.*)")
 
 @cache
 def tree_of(module: str) -> ast.Module:
-    """Return the syntax tree of a module."""
-    return ast.parse(inspect.getsource(import_module(module)))
+    """Return the syntax tree of a module, or that of its stub if it has one."""
+    source = Path(inspect.getfile(import_module(module)))
+    stub = source.with_suffix(".pyi")
+    return ast.parse((stub if stub.exists() else source).read_text(encoding="utf-8"))
 
 
 @cache

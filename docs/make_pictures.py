@@ -8,15 +8,14 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from palpate.experiments.explore.surface_picture import surface_picture
-from palpate.reporting.picture import Space
 
 from palpate import Ellipsoid, LimitSurface, Sphere, contact_from_wrench
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.surface_colours import ERROR_OF_POINTS, HEIGHT
+from palpate.experiments.explore.surface_figure import ERROR_OF_POINTS, HEIGHT_QUANTITY, surface_figure
 from palpate.friction.pressure import limit_curve
-from palpate.reporting.paper import write_picture
+from palpate.reporting.figure import Space
+from palpate.reporting.paper import write_figure
 from palpate.reporting.solids import coloured_by
 from palpate.runtime import palette
 
@@ -64,12 +63,12 @@ def save(figure: Figure, name: str) -> None:
 def exploration() -> None:
     """Explore an ellipsoid and put what was felt beside where the errors are."""
     found = explore(ExploreConfig(object="ellipsoid", width=0.05, speed=0.03, force_noise=0.01, moment_noise=1e-4))
-    picture = surface_picture(found)
+    picture = surface_figure(found)
     assert picture is not None
     (space,) = picture.panels
     assert isinstance(space, Space)
-    sides = (replace(space, marks=coloured_by(space.marks, each)) for each in (HEIGHT, ERROR_OF_POINTS))
-    write_picture(replace(picture, panels=tuple(sides), columns=2), HERE / "exploration.png")
+    sides = (replace(space, marks=coloured_by(space.marks, each)) for each in (HEIGHT_QUANTITY, ERROR_OF_POINTS))
+    write_figure(replace(picture, panels=tuple(sides), columns=2), HERE / "exploration.png")
     print(f"exploration.png: points {1e6 * found.point_rms:.1f} µm RMS from the true surface")
 
 

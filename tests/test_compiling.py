@@ -22,7 +22,7 @@ NEVER = 3600.0
 
 @pytest.fixture
 def kept_before():
-    return list(module.KEPT)
+    return list(module.KEPT_KERNELS)
 
 
 @pytest.mark.parametrize("how", [ONCE, EACH_TIME])
@@ -30,14 +30,14 @@ def test_a_long_compilation_is_reported_once_and_counts_as_kept_if_it_is(how, ca
     with compiling("a thing", how, warn_after=0.0):
         until(lambda: caplog.messages)
     assert caplog.messages == [f"palpate: compiling a thing ({how})"]
-    assert kept_before + ["a thing"] * (how is ONCE) == module.KEPT
+    assert kept_before + ["a thing"] * (how is ONCE) == module.KEPT_KERNELS
 
 
 def test_nothing_is_reported_after_an_error_and_nothing_counts_as_kept(caplog, kept_before):
     with pytest.raises(ValueError, match="no"), compiling("a thing", warn_after=NEVER):
         raise ValueError("no")
     assert caplog.messages == []
-    assert kept_before == module.KEPT
+    assert kept_before == module.KEPT_KERNELS
 
 
 @pytest.mark.parametrize(
@@ -64,14 +64,14 @@ def test_closures_over_different_functions_have_different_names_in_memory_and_in
 TINY = """
 import logging, sys
 from palpate import compiling
-compiling.FIRST = compiling.NEXT = 0.0
+compiling.FIRST_MESSAGE_AFTER = compiling.NEXT_MESSAGE_AFTER = 0.0
 class Timer:  # says at once what a clock would let wait for
     def __init__(self, after, say, words): self.say, self.words = say, words
     def start(self): self.say(*self.words)
     def cancel(self): pass
 compiling.threading.Timer = Timer
 from tiny import twice
-print(twice(3.0), twice(4.0), compiling.KEPT)
+print(twice(3.0), twice(4.0), compiling.KEPT_KERNELS)
 """
 
 

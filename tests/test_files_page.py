@@ -101,7 +101,7 @@ def test_the_other_experiments_write_what_the_page_says(tmp_path):
 def test_a_sweep_and_its_data_set_have_what_the_page_says(tmp_path):
     out = done(tmp_path / "s", "sweep regulate --set duration=0.2 --keep-reports --jobs 1")
     experiment = experiment_named("regulate")
-    metrics = {metric.column for metric in experiment.metrics}
+    metrics = {metric.key for metric in experiment.metrics}
     agree("runs.csv", header(out / "runs.csv") - metrics)
     agree("sweep.json", set(json.loads((out / "sweep.json").read_text())))
     agree("runs/NNNNNN.json", set(json.loads((out / "runs/000000.json").read_text())))
@@ -128,5 +128,5 @@ def test_contact_and_compare_write_what_the_page_says(tmp_path):
 def test_every_figure_is_there(name):
     page = (DOCS / "files.md").read_text(encoding="utf-8")
     for metric in experiment_named(name).metrics:
-        assert f"| `{metric.column}` | {metric.unit or '-'} | {metric.meaning} |" in page
-    agree(f"Metrics of {name}", {metric.column for metric in experiment_named(name).metrics})
+        assert f"| `{metric.key}` | {metric.unit or '-'} | {metric.meaning} |" in page
+    agree(f"Metrics of {name}", {metric.key for metric in experiment_named(name).metrics})

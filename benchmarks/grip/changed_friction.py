@@ -18,8 +18,8 @@ import numpy as np
 
 from palpate.controllers.grip.grasp import GraspController
 from palpate.experiments.grasp.config import GraspConfig, Knowledge
+from palpate.experiments.grasp.metrics import SLIP_LIMIT, SPIN_LIMIT
 from palpate.experiments.grasp.plan import GraspPlan
-from palpate.experiments.grasp.result import SLIPPED, SPUN
 from palpate.experiments.grasp.truth import GraspTruth, GraspTruthRecorder
 from palpate.runtime.touch import Touch
 from palpate.sim.friction.bristle import KINETIC, STATIC
@@ -176,7 +176,7 @@ class Run:
         if self._planned.config.plant:
             slid, turned = np.abs(slid), np.abs(turned)
         slip, spin, latency = float(np.abs(slid).max()), float(np.abs(turned).max()), math.nan
-        if slip > SLIPPED or spin > SPUN:
+        if slip > SLIP_LIMIT or spin > SPIN_LIMIT:
             moved = (np.abs(slid) > ONSET_SLIP) | (np.abs(turned) > ONSET_SPIN)
             began = float(time[first + int(moved.any(axis=1).argmax())])
             latency = max(min((each for each in alarms if each >= since), default=math.inf) - began, 0.0)

@@ -13,11 +13,11 @@ from harness.campaign import Listing
 from grip.changed_friction import DROPPED, Run, drawn
 from grip.league import drops_of, of_cases, over_seeds
 from palpate.experiments.grasp.config import GraspConfig, Knowledge
-from palpate.experiments.grasp.creep import creep_rate
-from palpate.experiments.grasp.least import least_grip
+from palpate.experiments.grasp.minimum_grip import least_grip
 from palpate.experiments.grasp.plan import plan
+from palpate.experiments.grasp.result import creep_rate
+from palpate.experiments.grasp.scene import wander_of
 from palpate.experiments.grasp.truth import GraspTruth
-from palpate.experiments.grasp.wandering import wander_of
 from palpate.friction.limit_surface import LimitSurface
 from palpate.robots.hand_description import simulated_hand
 from palpate.sim.fidelity import GRAVITY

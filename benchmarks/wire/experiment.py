@@ -20,9 +20,8 @@ from harness.campaign import Listing, load
 from palpate.commands.replay.run import replay_log
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
-from palpate.experiments.explore.exploration import ExplorationResult, found_by
+from palpate.experiments.explore.exploration import ExplorationResult, evaluate
 from palpate.experiments.explore.plan import plan
-from palpate.experiments.explore.report import exploration_report
 from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.plan import plan as plan_grasp
 from palpate.experiments.grasp.result import GraspResult, grasp_of
@@ -75,8 +74,8 @@ def explorations(seed: int, folder: Path) -> tuple[dict[str, ExplorationResult],
     emulated, simulated = robots()
     direct, wired, watch = plan(config, simulated, {}), plan(config, emulated, {}), Watch()
     found = {
-        "MuJoCo": found_by(direct, carry_out(direct)),
-        "wire": found_by(wired, carry_out(wired, (watch,), (log_writer(Explore(), wired, folder),))),
+        "MuJoCo": evaluate(direct, carry_out(direct)),
+        "wire": evaluate(wired, carry_out(wired, (watch,), (log_writer(Explore(), wired, folder),))),
     }
     log = read_log(log_in(folder))
     found["replay"] = LoggedRun.of(log).evaluate()
@@ -107,7 +106,7 @@ def experiment(_: argparse.Namespace) -> Iterator[Listing]:
         with tempfile.TemporaryDirectory() as folder:
             found, ages, bit_for_bit = explorations(seed, Path(folder))
         reports = {
-            key: {metric.name: metric.value for metric in exploration_report(one).metrics}
+            key: {metric.name: metric.value for metric in Explore().report(one).metrics}
             for key, one in found.items()
         }
         for key, one in found.items():

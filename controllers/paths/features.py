@@ -11,26 +11,25 @@ keeps its orientation, but for how far the normal turns.
 import math
 from dataclasses import dataclass, replace
 
-from palpate.controllers.paths.contact_period import ContactPeriod
-from palpate.controllers.paths.marks import Mark, PathEvent
+from palpate.controllers.paths.strategy import ContactPeriod, LegEnd, LegResult, Mark, PathEvent
 from palpate.errors import check_positive, not_negative
 from palpate.spatial import Vector, add, dot, scale, subtract
 
-STILL = math.radians(1.5)
+STILL_ANGLE = math.radians(1.5)
 """A turn begins where the normal was last within so much of the anchor's: three standard deviations of one."""
 
-STILL_COS = math.cos(STILL)
+STILL_COS = math.cos(STILL_ANGLE)
 
-QUIET = 1e-3
+MIN_QUIET_LENGTH = 1e-3
 """Path length of the tip without a turn after which a feature has ended [m]."""
 
-MOST = math.radians(120.0)
+MAX_ARC = math.radians(120.0)
 """A radius is taken of no longer an arc: from its chord, which says nothing of a full turn."""
 
-RESTS = 0.1
+RESTING_SHARE = 0.1
 """In a concavity as sharp as the tip, the tip moves by less than this share of what the contact does."""
 
-SHARP = 0.1
+SHARP_SHARE = 0.1
 """A convex edge is sharp if its radius is below this share of what the tip rolled about it."""
 
 
@@ -103,7 +102,7 @@ class FeatureWatch:
     def __init__(self, limits: FeatureLimits | None = None) -> None:
         self._limits = limits or FeatureLimits()
         self._least_cos = math.cos(self._limits.turn)
-        self._quiet = max(self._limits.together, QUIET)
+        self._quiet = max(self._limits.together, MIN_QUIET_LENGTH)
         self._anchor: ContactPeriod | None = None  # since when contact and tip do not move alike
         self._calm: ContactPeriod | None = None  # the anchor before that: not leaning over an edge yet
         self._still: ContactPeriod | None = None  # the last with the anchor's normal
@@ -153,7 +152,7 @@ class FeatureWatch:
             turn = replace(turn, event=PathEvent.EDGE)
         elif -turn.radius > self._limits.contrast * abs(turn.rolled):
             middle = scale(0.5, add(felt.contact, begun.contact))
-            rests = abs(turn.rolled) < RESTS * abs(turn.radius)
+            rests = abs(turn.rolled) < RESTING_SHARE * abs(turn.radius)
             turn = replace(turn, event=PathEvent.TIGHT if rests else PathEvent.FILLET, position=middle)
         before = self._turning
         if turn.event is not None:
@@ -161,7 +160,7 @@ class FeatureWatch:
         if before is None or before.event is not turn.event:
             self._finish()
             self._turning = turn
-        elif before.angle + turn.angle < MOST:
+        elif before.angle + turn.angle < MAX_ARC:
             self._turning = replace(before, ended=felt, angle=before.angle + turn.angle)
 
     def _finish(self) -> None:
@@ -195,6 +194,53 @@ def _bend(turn: _Turn) -> str:
         return f"concave, sharper than the tip, which touched at two points: a radius of at most {size:.2f} mm"
     if turn.event is PathEvent.FILLET:
         return f"concave, a radius of {size:.2f} mm"
-    if turn.radius < SHARP * turn.rolled:
-        return f"convex, sharp: a radius of at most {1e3 * SHARP * turn.rolled:.2f} mm"
+    if turn.radius < SHARP_SHARE * turn.rolled:
+        return f"convex, sharp: a radius of at most {1e3 * SHARP_SHARE * turn.rolled:.2f} mm"
     return f"convex, a radius of {size:.2f} mm"
+
+
+EVENTS = {
+    LegEnd.MISSED: (PathEvent.UNREACHABLE, "nothing was met within the approach distance"),
+    LegEnd.LOST: (PathEvent.LOST, "the surface was lost, and one slow bounded search did not find it"),
+    LegEnd.STEEP: (PathEvent.STEEP, "steeper than what can be followed: the rest of the leg was left out"),
+    LegEnd.BLOCKED: (
+        PathEvent.BLOCKED,
+        "the force rose against the motion, or the robot's room ended: the rest of the leg was left out",
+    ),
+    LegEnd.OVERLONG: (PathEvent.OPEN, "the contour did not close within the length that was allowed"),
+}
+
+OUT_OF_REACH = "the tip could not be brought there: something an obstacle was met, or the robot's workspace ended"
+
+
+class MarkRecorder:
+    """Marks from features that were felt and from legs that did not end well."""
+
+    def __init__(self, limits: FeatureLimits | None = None) -> None:
+        self._watch = FeatureWatch(limits)
+        self._marks: list[Mark] = []
+        self._contact: Vector | None = None
+
+    @property
+    def marks(self) -> tuple[Mark, ...]:
+        """All so far, in order."""
+        return tuple(self._marks)
+
+    def feel(self, felt: ContactPeriod) -> None:
+        """Take one period in contact."""
+        self._contact = felt.contact
+        mark = self._watch.feel(felt)
+        if mark is not None:
+            self._marks.append(mark)
+
+    def end(self, ended: LegResult, aim: Vector | None = None) -> None:
+        """Take the end of a leg; `aim` is where it should have landed, if that was what it was for [m]."""
+        mark = self._watch.leave()
+        if mark is not None:
+            self._marks.append(mark)
+        if ended.how is LegEnd.BLOCKED and aim is not None:
+            self._marks.append(Mark(PathEvent.UNREACHABLE, aim, OUT_OF_REACH))
+        elif ended.how in EVENTS:
+            event, reason = EVENTS[ended.how]
+            self._marks.append(Mark(event, self._contact or ended.tip, reason))
+        self._contact = None

@@ -1,19 +1,27 @@
-"""Follows a path that is known beforehand, and goes on beyond what cannot be followed."""
+"""Strategies whose path is known beforehand: following a polygon, and single touches."""
 
 import math
 from bisect import bisect_right
 from itertools import accumulate, pairwise
 from typing import Protocol
 
-from palpate.controllers.paths.contact_period import ContactPeriod
-from palpate.controllers.paths.legs import Hop, Leg, LegEnd, LegResult, Stroke
-from palpate.controllers.paths.mark_recorder import MarkRecorder
-from palpate.controllers.paths.marks import Mark
-from palpate.controllers.paths.path_follower import ARRIVED
-from palpate.controllers.paths.plane import PathPlane, Point
-from palpate.errors import positive
+from palpate.controllers.paths.features import MarkRecorder
+from palpate.controllers.paths.path_follower import ARRIVAL_DISTANCE
+from palpate.controllers.paths.strategy import (
+    ContactPeriod,
+    Hop,
+    Leg,
+    LegEnd,
+    LegResult,
+    Mark,
+    PathPlane,
+    Point,
+    SingleTouch,
+    Stroke,
+)
+from palpate.errors import InvalidValueError, positive
 
-LEFT_OUT = 2e-3
+MIN_LEFT_OUT = 2e-3
 """How much of the path is left out at least after a place that could not be followed [m]."""
 
 
@@ -34,7 +42,7 @@ class Follow:
     that meets nothing.
     """
 
-    def __init__(self, path: Path, plane: PathPlane | None = None, left_out: float = LEFT_OUT) -> None:
+    def __init__(self, path: Path, plane: PathPlane | None = None, left_out: float = MIN_LEFT_OUT) -> None:
         self.plane = plane or PathPlane()
         self._corners = path.corners()
         steps = (math.dist(a, b) for a, b in pairwise(self._corners))
@@ -76,7 +84,7 @@ class Follow:
             return Stroke(self._corners[bisect_right(self._arc_lengths, self._arc_length) :])
         arc_length = (self._arc_length if self._landing else self._reached(ended)) + self._leave_out
         self._leave_out *= 2.0
-        return self._land(arc_length) if arc_length < self._arc_lengths[-1] - ARRIVED else None
+        return self._land(arc_length) if arc_length < self._arc_lengths[-1] - ARRIVAL_DISTANCE else None
 
     def _land(self, arc_length: float) -> Leg:
         self._arc_length, self._landing = arc_length, True
@@ -111,3 +119,52 @@ def _share(point: Point, a: Point, b: Point) -> float:
     du, dv = b[0] - a[0], b[1] - a[1]
     along = ((point[0] - a[0]) * du + (point[1] - a[1]) * dv) / (du * du + dv * dv)
     return min(max(along, 0.0), 1.0)
+
+
+def tap_grid(width: float, depth: float, spacing: float, center: Point = (0.0, 0.0)) -> tuple[Point, ...]:
+    """Return points of a grid over a rectangle, at most `spacing` apart, in the order of a raster [m]."""
+    across = math.ceil(positive("width", width, "m") / positive("spacing", spacing, "m") - 1e-9)
+    along = math.ceil(positive("depth", depth, "m") / spacing - 1e-9)
+    points = []
+    for j in range(along + 1):
+        v = center[1] + depth * (j / along - 0.5)
+        row = [(center[0] + width * (i / across - 0.5), v) for i in range(across + 1)]
+        points += row if j % 2 == 0 else row[::-1]
+    return tuple(points)
+
+
+class Taps:
+    """Approaches, touches and retreats at every point; a miss is marked, and the next point tried."""
+
+    def __init__(self, points: tuple[Point, ...], retreat: float = 5e-3, plane: PathPlane | None = None) -> None:
+        """Take the points [m] and how far to retreat after each touch [m]."""
+        if not points:
+            raise InvalidValueError("there are no points to tap: give at least 1")
+        self.plane = plane or PathPlane()
+        self._legs = tuple(SingleTouch(point, retreat) for point in points)
+        self.start()
+
+    @property
+    def marks(self) -> tuple[Mark, ...]:
+        """As `Strategy`."""
+        return self._mark_recorder.marks
+
+    def start(self) -> None:
+        """As `Strategy`."""
+        self._mark_recorder = MarkRecorder()
+        self._next = 0
+
+    def feel(self, felt: ContactPeriod) -> bool:
+        """As `Strategy`."""
+        self._mark_recorder.feel(felt)
+        return False
+
+    def next(self, ended: LegResult | None) -> Leg | None:
+        """As `Strategy`."""
+        if ended is not None:
+            at = self._legs[self._next - 1].at
+            self._mark_recorder.end(ended, self.plane.base(at, self.plane.flat(ended.tip)[2]))
+        if self._next == len(self._legs):
+            return None
+        self._next += 1
+        return self._legs[self._next - 1]

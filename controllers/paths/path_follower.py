@@ -1,4 +1,4 @@
-"""Motion along a polygon: rests briefly at its corners, but not at those of a curve given as many short chords."""
+"""Motion along a polygon, at rest only at its corners, and travel above an object."""
 
 import math
 from functools import cache
@@ -8,19 +8,20 @@ from typing import Any
 import numpy as np
 
 from palpate.compiling import machine_code, njit
-from palpate.controllers.paths.plane import Point
+from palpate.controllers.paths.strategy import PathPlane, Point
 from palpate.errors import InvalidValueError, positive
+from palpate.spatial import Vector, rotate
 
-SHARPEST = math.radians(30.0)
+MAX_CURVE_TURN = math.radians(30.0)
 """A corner that turns by more is a corner, at which the tip stops; by less, part of a curve."""
 
-STEERING = 5.0
+STEERING_RATE = 5.0
 """Rate at which an offset from the line is taken back [1/s]: a tenth of what a 100 rad/s servo allows."""
 
-ARRIVED = 1e-4
+ARRIVAL_DISTANCE = 1e-4
 """A corner at which the tip stops counts as reached this close to it [m]."""
 
-SLOWEST = 1e-3
+MIN_CORNER_SPEED = 1e-3
 """Least speed towards a corner [m/s]: without it the last tenth of a millimetre would take for ever."""
 
 CORNER, HEADING, LENGTH, TURN, LIMIT = 0, 2, 4, 5, 6
@@ -34,9 +35,9 @@ TARGET, CURRENT = 0, 1
 class PathFollower:
     """Follows a polygon in the plane of the path with bounded acceleration.
 
-    The tip is steered back to its line with a rate of `STEERING`. The speed towards a corner at which it stops is
-    bounded by sqrt(2 a d), from which a can still stop it where it counts as arrived; through gentle corners it
-    keeps its speed.
+    The tip is steered back to its line with a rate of `STEERING_RATE`. The speed towards a corner at which it
+    stops is bounded by sqrt(2 a d), from which a can still stop it where it counts as arrived. Through gentle
+    corners it keeps its speed.
 
     A corner that turns by phi between chords of length l stands for an arc of radius l / (2 tan(phi / 2)), and
     speed^2 / radius is kept below the acceleration. Along a chord the heading turns evenly, as on that arc: by
@@ -64,7 +65,7 @@ class PathFollower:
             for (a, b), length in zip(pairwise(corners), lengths, strict=True)
         ]
         turns = [0.0, *(_turn(a, b) for a, b in pairwise(headings)), 0.0]
-        curved = [turn if abs(turn) < SHARPEST else 0.0 for turn in turns]
+        curved = [turn if abs(turn) < MAX_CURVE_TURN else 0.0 for turn in turns]
         limits = _corner_speeds(turns, lengths, acceleration)
         chords = zip([(0.0, 0.0), *headings], [0.0, *lengths], strict=True)
         rows = zip(corners, chords, curved, limits, strict=True)
@@ -98,7 +99,7 @@ def _corner_speeds(turns: list[float], lengths: list[float], acceleration: float
     limits = [0.0] * len(turns)
     for k in range(len(turns) - 2, 0, -1):
         turn = abs(turns[k])
-        if turn < SHARPEST:
+        if turn < MAX_CURVE_TURN:
             curvature = 2.0 * math.tan(0.5 * turn) / min(lengths[k - 1], lengths[k])
             own = math.sqrt(acceleration / curvature) if curvature > 0.0 else math.inf
             limits[k] = min(own, math.sqrt(limits[k + 1] ** 2 + 2.0 * acceleration * lengths[k]))
@@ -123,18 +124,18 @@ def path_velocity(
         dx, dy = path[k, CORNER] - position[0], path[k, CORNER + 1] - position[1]
         remaining = dx * ux + dy * uy
         through = path[k, LIMIT]
-        if remaining > (0.0 if through > 0.0 else ARRIVED):
+        if remaining > (0.0 if through > 0.0 else ARRIVAL_DISTANCE):
             break
         state[TARGET] += 1.0
         if through == 0.0:
             state[CURRENT] = 0.0
             return 0.0, 0.0
-    left = remaining if through > 0.0 else remaining - ARRIVED
+    left = remaining if through > 0.0 else remaining - ARRIVAL_DISTANCE
     step = 0.5 * acceleration * period
     allowed = math.sqrt(step * step + through * through + 2.0 * acceleration * left) - step
-    state[CURRENT] = min(state[CURRENT] + acceleration * period, speed, max(allowed, SLOWEST))
+    state[CURRENT] = min(state[CURRENT] + acceleration * period, speed, max(allowed, MIN_CORNER_SPEED))
     fastest = speed * slope
-    offset = min(max(STEERING * (dy * ux - dx * uy), -fastest), fastest)
+    offset = min(max(STEERING_RATE * (dy * ux - dx * uy), -fastest), fastest)
     forward = min(state[CURRENT] * slope, math.sqrt(fastest * fastest - offset * offset))
     # angle of the arc against its chord, so far before the end of the chord
     length = path[k, LENGTH]
@@ -148,10 +149,77 @@ def path_velocity(
 @njit(cache=True)
 def _near(turn: float, distance: float, length: float) -> float:
     """A turn by so much, growing evenly along a chord; along a long one only where the arc keeps near it."""
-    reach = min(length, 4.0 * ARRIVED / max(abs(turn), 1e-9))
+    reach = min(length, 4.0 * ARRIVAL_DISTANCE / max(abs(turn), 1e-9))
     return turn * min(max(1.0 - distance / reach, 0.0), 1.0)
 
 
 @cache
 def _kernel() -> Any:
     return machine_code(path_velocity, np.zeros((2, 7)), np.zeros(2), 0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
+
+
+NEAR_PLACE = 5e-4
+"""A tip as near to its place as this need not travel [m]."""
+
+
+class Travel:
+    """From where the tip is to above a place, from rest to rest.
+
+    Attributes:
+        to: Where it goes, in the plane [m].
+        height: At which it goes across, above the plane [m].
+        risen: Whether the tip is there.
+        finished: Whether it is above its place, too.
+    """
+
+    def __init__(
+        self,
+        tip: Vector,
+        to: Point,
+        height: float,
+        plane: PathPlane,
+        speed: float,
+        acceleration: float,
+        period: float,
+    ) -> None:
+        """Take start, goal and limits of the motion.
+
+        Args:
+            tip: Where the tip is, base frame [m].
+            to: Where to go, in the plane [m].
+            height: At which to go across, above the plane [m]; a tip that is higher stays there.
+            plane: Of the path.
+            speed: [m/s].
+            acceleration: [m/s^2].
+            period: Of control [s].
+        """
+        u, v, h = plane.flat(tip)
+        self.height = max(height, h)
+        self.to, self._plane = to, plane
+        self._speed, self._acceleration, self._period = speed, acceleration, period
+        self.risen, self.finished = self.height - h <= NEAR_PLACE, False
+        self._along: PathFollower | None = None
+        if not self.risen:  # up is a path of its own
+            self._along = PathFollower(((h, 0.0), (self.height, 0.0)), acceleration)
+        else:
+            self._across((u, v))
+
+    def _across(self, place: Point) -> None:
+        self.risen = True
+        self.finished = math.dist(place, self.to) <= NEAR_PLACE
+        self._along = None if self.finished else PathFollower((place, self.to), self._acceleration)
+
+    def velocity(self, tip: Vector) -> Vector:
+        """Return the velocity for the next period from where the tip is [m/s], base frame."""
+        u, v, h = self._plane.flat(tip)
+        vu = vv = vh = 0.0
+        follower = self._along
+        if follower is not None:
+            if self.risen:
+                vu, vv = follower.velocity((u, v), 1.0, self._speed, self._period)
+                self.finished = follower.finished
+            else:
+                vh, _ = follower.velocity((h, 0.0), 1.0, self._speed, self._period)
+                if follower.finished:
+                    self._across((u, v))
+        return rotate(self._plane.rotation_base_plane, (vu, vv, vh))

@@ -1,11 +1,228 @@
-"""The interface of exploration strategies."""
+"""The interface of exploration strategies: planes, legs, marks, steering."""
 
+import math
+from dataclasses import dataclass
+from enum import Enum, StrEnum
 from typing import Protocol
 
-from palpate.controllers.paths.contact_period import ContactPeriod
-from palpate.controllers.paths.legs import Leg, LegResult
-from palpate.controllers.paths.marks import Mark
-from palpate.controllers.paths.plane import PathPlane
+from palpate.errors import InvalidValueError, positive, rotation_matrix, vector
+from palpate.quick_init import quick_init
+from palpate.spatial import IDENTITY, ZERO, Matrix, Vector, add, dot, rotate, rotate_back, subtract
+
+Point = tuple[float, float]
+"""(u, v) in the plane of the path [m]; in the default plane x and y of the base."""
+
+MIN_NORMAL_COS = 0.05
+"""Least cosine between normal and axis for which a slope is given: 87 degrees; a height is no function beyond."""
+
+
+@dataclass(frozen=True, slots=True)
+class PathPlane:
+    """Where u, v and the height above them lie in the base frame.
+
+    Attributes:
+        origin: Where u = v = 0 and the height is 0, base frame [m].
+        rotation_base_plane: Maps (u, v, height) to base coordinates; its third column is the axis, which points
+            away from the object: the tip approaches against it.
+    """
+
+    origin: Vector = ZERO
+    rotation_base_plane: Matrix = IDENTITY
+
+    def __post_init__(self) -> None:
+        vector("origin", self.origin, 3, "m")
+        rotation_matrix("rotation_base_plane", self.rotation_base_plane)
+
+    @property
+    def axis(self) -> Vector:
+        """Unit vector away from the object, base frame."""
+        a, b, c = self.rotation_base_plane
+        return (a[2], b[2], c[2])
+
+    def base(self, point: Point, height: float = 0.0) -> Vector:
+        """Return a point of the plane in base coordinates [m]."""
+        return add(self.origin, rotate(self.rotation_base_plane, (point[0], point[1], height)))
+
+    def flat(self, position: Vector) -> Vector:
+        """Return (u, v, height) of a position in base coordinates [m]."""
+        return rotate_back(self.rotation_base_plane, subtract(position, self.origin))
+
+    def slopes(self, normal: Vector) -> Point | None:
+        """Return (dh/du, dh/dv) of a surface with this outward normal (base); None where it is too steep."""
+        u, v, h = rotate_back(self.rotation_base_plane, normal)
+        return None if h < MIN_NORMAL_COS else (-u / h, -v / h)
+
+    def steepness(self, normal: Vector) -> float:
+        """Return the angle between the outward normal (base) and the axis [rad]."""
+        return math.acos(min(max(dot(normal, self.axis), -1.0), 1.0))
+
+
+@quick_init
+@dataclass(frozen=True, slots=True)
+class ContactPeriod:
+    """One period in contact.
+
+    Attributes:
+        tip: Origin of the tip frame, base coordinates [m].
+        contact: Contact centroid, base coordinates [m].
+        normal: The object's outward unit normal there, base coordinates: minus that of the finger's contact.
+    """
+
+    tip: Vector
+    contact: Vector
+    normal: Vector
+
+
+class PathEvent(StrEnum):
+    """What happened on a path."""
+
+    EDGE = "edge"
+    """The tip rolled over a convex edge: the contact hardly moved while the normal turned."""
+    STEP = "step"
+    """An edge and a corner close together, and another height beyond."""
+    HOLE = "hole"
+    """An edge, a jump and an edge, and the same height beyond: narrower than the tip."""
+    TIGHT = "tight"
+    """A concavity tighter than the tip: the contact jumped across the tip, what lies between was not felt."""
+    FILLET = "fillet"
+    """A concavity little wider than the tip, which followed it."""
+    STEEP = "steep"
+    """Steeper than what can be followed: the rest of the leg was left out."""
+    LOST = "lost"
+    """The surface was lost and not found again by one slow bounded search."""
+    UNREACHABLE = "unreachable"
+    """Nothing was met where the tip should have landed, or the robot cannot go there."""
+    BLOCKED = "blocked"
+    """The force rose against the motion: the rest of the leg was left out."""
+    OPEN = "open"
+    """A contour that should close did not."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """One event, for the map.
+
+    Attributes:
+        event: What it was.
+        position: Where, base frame [m]: the contact if there was one, otherwise the tip's origin.
+        reason: A sentence for the report.
+        radius: Of the surface across an edge or a concavity, positive where it is convex [m]; NaN where none was
+            felt. Of a concavity sharper than the tip, minus the tip's: it is smaller than that.
+    """
+
+    event: PathEvent
+    position: Vector
+    reason: str
+    radius: float = math.nan
+
+
+class Steering(Protocol):
+    """Gives a direction in every period; pure, so that it can be replayed."""
+
+    def offset(self, felt: ContactPeriod) -> float:
+        """Return how far the tip is off the curve that is followed [m], positive along the axis."""
+        ...
+
+    def direction(self, felt: ContactPeriod) -> Vector | None:
+        """Return the unit direction in which to slide, tangent to the surface, base frame; None: nowhere."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Hop:
+    """Lift off, travel above the object at the height at which the run began, and land.
+
+    It ends as REACHED in contact and settled; as MISSED, with the tip still down there, if nothing is met within
+    the approach distance; as BLOCKED if the travel to it is.
+
+    Attributes:
+        to: Where to land, in the plane of the path [m].
+    """
+
+    to: Point
+
+
+@dataclass(frozen=True, slots=True)
+class Stroke:
+    """Slide in contact along a polygon, from wherever the tip is to its first corner and on.
+
+    A tip that is off the surface first lands where it is. A lost surface is sought once per leg.
+
+    Attributes:
+        corners: In the plane of the path [m], at least one.
+    """
+
+    corners: tuple[Point, ...]
+
+    def __post_init__(self) -> None:
+        if not self.corners:
+            raise InvalidValueError("a stroke has no corners: it needs at least 1")
+
+
+@dataclass(frozen=True, slots=True)
+class SingleTouch:
+    """Approach along the axis, touch once, and retreat along it; from touch to touch travel at that height.
+
+    Attributes:
+        at: In the plane of the path [m].
+        retreat: How far to go back [m].
+    """
+
+    at: Point
+    retreat: float
+
+    def __post_init__(self) -> None:
+        positive("retreat", self.retreat, "m")
+
+
+@dataclass(frozen=True, slots=True)
+class Circuit:
+    """Slide in contact wherever the surface leads: the direction comes from what is felt.
+
+    Attributes:
+        steering: Gives the direction in every period.
+        longest: The leg ends as OVERLONG after this path length [m].
+    """
+
+    steering: Steering
+    longest: float
+
+    def __post_init__(self) -> None:
+        positive("longest", self.longest, "m")
+
+
+Leg = Hop | Stroke | SingleTouch | Circuit
+
+
+class LegEnd(Enum):
+    """How a leg ended."""
+
+    REACHED = "reached"
+    """At its end; a touch: the surface was felt."""
+    MISSED = "missed"
+    """Nothing was met within the approach distance."""
+    LOST = "lost"
+    """The surface was lost, and one slow bounded search did not find it again."""
+    STEEP = "steep"
+    """The surface became too steep to follow."""
+    BLOCKED = "blocked"
+    """The tip was commanded to slide and did not move; an obstacle in a flight could not be avoided; or
+    the tip would have left its room."""
+    OVERLONG = "overlong"
+    """A circuit did not end by itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class LegResult:
+    """The end of a leg.
+
+    Attributes:
+        how: As it says.
+        tip: Where the tip is now, base frame [m].
+    """
+
+    how: LegEnd
+    tip: Vector
 
 
 class Strategy(Protocol):

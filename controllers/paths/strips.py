@@ -6,19 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from palpate.controllers.paths.missed import CROSS, TouchNoise, missed_around
-from palpate.controllers.paths.row import Row
+from palpate.controllers.paths.felt_rows import CROSS_WEIGHT, Row, TouchNoise, missed_around
 from palpate.errors import FloatArray
 
-UNEVEN = 2.0
+MAX_DISTANCE_RATIO = 2.0
 """Most that one distance counts over the other: beyond it noise would be blown up."""
 
-LEFT = 8.0
+INNOVATION_RATIO = 8.0
 """Ratio of the prediction error of a row to what then remains between it and its neighbours, at equal distances.
 By the law above 16; but a detail as narrow as the gap does not follow it yet, and a seam would be left half
 felt."""
 
-CLOSE = 1e-4
+SAME_ROW_DISTANCE = 1e-4
 """Rows closer than this [m] are the same row twice."""
 
 
@@ -54,7 +53,7 @@ def innovation_error(
     middle = below[upper, at]
     lower = below[middle, at]
     # two strokes may share a line where they overlap by a stretch: they say nothing of each other
-    inner = (lower >= 0) & (v[middle] - v[lower] > CLOSE) & (v[upper] - v[middle] > CLOSE)
+    inner = (lower >= 0) & (v[middle] - v[lower] > SAME_ROW_DISTANCE) & (v[upper] - v[middle] > SAME_ROW_DISTANCE)
     upper, middle, lower, at = upper[inner], middle[inner], lower[inner], at[inner]
     if not len(upper):
         return left
@@ -63,9 +62,9 @@ def innovation_error(
     predicted, slope = _hermite(
         t, g, height[lower, at], height[upper, at], cross_slope[lower, at], cross_slope[upper, at]
     )
-    off = (height[middle, at] - predicted) ** 2 + (CROSS * g * (cross_slope[middle, at] - slope)) ** 2
+    off = (height[middle, at] - predicted) ** 2 + (CROSS_WEIGHT * g * (cross_slope[middle, at] - slope)) ** 2
     # three rows of independent noise; the outer two count for a half each in the middle
-    off -= 1.5 * (noise.height**2 + (CROSS * g * noise.slope) ** 2)
+    off -= 1.5 * (noise.height**2 + (CROSS_WEIGHT * g * noise.slope) ** 2)
     # averaged along the row over a part of the gap: noise counts less, and a detail seldom ends within it
     square = np.zeros((n, m))
     square[middle, at] = off
@@ -76,9 +75,9 @@ def innovation_error(
     count = np.concatenate([np.zeros((n, 1)), np.cumsum(known, axis=1)], axis=1)
     begin, end = np.maximum(column - half, 0), np.minimum(column + half + 1, m)
     mean = (total[:, end] - total[:, begin]) / np.maximum(count[:, end] - count[:, begin], 1.0)
-    error = np.sqrt(np.maximum(mean, 0.0))[middle, at] / LEFT
-    np.maximum.at(left, (middle, at), error * np.minimum(a / b, UNEVEN) ** 2)
-    np.maximum.at(left, (upper, at), error * np.minimum(b / a, UNEVEN) ** 2)
+    error = np.sqrt(np.maximum(mean, 0.0))[middle, at] / INNOVATION_RATIO
+    np.maximum.at(left, (middle, at), error * np.minimum(a / b, MAX_DISTANCE_RATIO) ** 2)
+    np.maximum.at(left, (upper, at), error * np.minimum(b / a, MAX_DISTANCE_RATIO) ** 2)
     return left
 
 
@@ -102,7 +101,7 @@ DETECTION_RATIO = 4.0
 DETAIL_RATIO = 3.0
 """Times what is usual in its row, from which on it is a detail and not how the surface is everywhere."""
 
-HIDDEN = 0.02
+HIDDEN_ERROR_RATIO = 0.02
 """Error expected of a detail of which only the flank was felt, per gap. Chosen with `benchmarks/active.py tuning`:
 over `--seeds 15` the median path length to 0.1 mm on local detail is 0.64 of the best raster's with it, 0.77
 without."""
@@ -111,7 +110,7 @@ FLANK_GAP = 3.3e-3
 """Strips wider than this may hide a detail of which a row felt the flank only [m]: a raised cosine 2 mm wide ends
 2 mm from its middle, so 1.7 mm to both sides of it a row feels a fortieth of it."""
 
-TAIL = 0.5
+TAIL_GAPS = 0.5
 """How far from a closer row's end the test over a gap rings, in gaps."""
 
 MIN_SPACING = 1.2e-3
@@ -232,7 +231,7 @@ class Columns:
             along = np.maximum(self._along_row(low, gap), self._along_row(high, gap))
             if gap > FLANK_GAP:
                 flank = self._flank(low) | self._flank(high)
-                along = np.where(flank, np.maximum(along, HIDDEN * gap), along)
+                along = np.where(flank, np.maximum(along, HIDDEN_ERROR_RATIO * gap), along)
             error[high, here] = np.maximum(error[high, here], along[here])
             self._mark_tails(tails[high], error[high], here, gap)
         self._error = error
@@ -320,7 +319,7 @@ class Columns:
         self, tail: npt.NDArray[np.bool_], error: FloatArray, here: npt.NDArray[np.bool_], gap: float
     ) -> None:
         """Mark where the error falls off from the end of a closer row: the detail is there, not here."""
-        band = max(int(TAIL * gap / self._width), 1)
+        band = max(int(TAIL_GAPS * gap / self._width), 1)
         for begin, end in _runs(here, 1):
             stop, start = min(begin + band, end), max(end - band, begin)
             if begin > 0 and error[stop - 1] <= ERROR_THRESHOLD * error[begin]:

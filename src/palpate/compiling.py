@@ -1,8 +1,8 @@
 """numba's `njit`, with a log message where compiling takes a while.
 
 Compiled kernels are kept on disk (`cache=True`), so that only the first run after an install waits. Each file
-begins with a digest of the rest: what is damaged is compiled again, where numba itself would crash. Compiling is
-logged to `palpate`, which writes to standard error unless a program says otherwise.
+begins with a digest of its content: damaged kernels are compiled again, where numba itself would crash. Messages
+go to the logger `palpate`, which writes to standard error by default.
 """
 
 import hashlib
@@ -27,22 +27,22 @@ from numba.core.dispatcher import Dispatcher
 
 from palpate.atomic_file import replacing
 
-FIRST = 2.0
-"""[s] of compiling after which the first message is logged."""
+FIRST_MESSAGE_AFTER = 2.0
+"""Time of compiling until the first message [s]."""
 
-NEXT = 10.0
-"""[s] of compiling between messages, where one kernel follows another."""
+NEXT_MESSAGE_AFTER = 10.0
+"""Time of compiling until the next message [s], where one kernel follows another."""
 
 ONCE = "once: it is kept; `palpate warm-up` compiles everything"
 EACH_TIME = "each time: it is not kept"
 NOWHERE = "each time: no folder to keep it in can be written; set NUMBA_CACHE_DIR to one that can"
-"""How often something is compiled."""
+"""Words for the number of compilations of a kernel."""
 
-DIGEST = hashlib.sha256().digest_size
-"""Bytes in front of each file that is kept."""
+_DIGEST_SIZE = hashlib.sha256().digest_size
+"""Length of the digest at the start of each file [bytes]."""
 
-KEPT: list[str] = []
-"""What this process has compiled and kept, in order."""
+KEPT_KERNELS: list[str] = []
+"""Names of the kernels that this process has compiled and kept, in order."""
 
 _unkept: set[Any] = set()
 _log = logging.getLogger("palpate")
@@ -76,8 +76,8 @@ def _keep(kernel: Any, cache: Callable[[Callable[..., Any]], Any]) -> None:
 def machine_code(kernel: Any, *examples: object) -> Any:
     """Return the compiled form of a kernel for arguments like these, compiling it if need be.
 
-    It takes arguments of these types only, in this order, and does not look: looking takes as long as a small
-    kernel. But a read-only array may stand for one that is not written.
+    The compiled form takes arguments of these types only, in this order, and does not check them: a check takes as
+    long as a small kernel. A read-only array may stand for an array that the kernel does not write.
     """
     if not isinstance(kernel, Dispatcher):  # with NUMBA_DISABLE_JIT
         return kernel
@@ -91,11 +91,11 @@ def _compiled(kernel: Any, types: tuple[Any, ...]) -> Any:
 
 
 def keep_closure(kernel: Any, name: str) -> Any:
-    """Keep what is compiled of a closure over other compiled functions; numba takes every process's for another.
+    """Keep a compiled closure over other compiled functions; numba itself compiles it again in every process.
 
     Args:
-        kernel: Compiled by `njit`, its qualified name another for everything that may be closed over.
-        name: What makes it one of its kind: see `kept_name`.
+        kernel: Closure compiled by `njit`; its qualified name differs for different enclosed functions.
+        name: Unique name of the enclosed functions, see `kept_name`.
     """
     _keep(kernel, lambda function: _ClosureCache(function, name))
     return kernel
@@ -109,12 +109,12 @@ def cache_folder() -> Path:
 
 
 def kept_in(kernel: Any) -> str | None:
-    """Return the folder where what is compiled of a function is kept; None if it is not, or no such function."""
+    """Return the folder that keeps a compiled function; None if it is not kept, or is no compiled function."""
     return kernel.stats.cache_path if isinstance(kernel, Dispatcher) else None
 
 
 def kept_name(kernel: Any) -> str:
-    """Return a name for a compiled function that is kept, which changes with its source; "" for any other."""
+    """Return a name of a kept function that changes with its source; "" for any other function."""
     if kept_in(kernel) is None:
         return ""
     function = kernel.py_func
@@ -142,12 +142,12 @@ class _CheckedFiles(IndexDataCacheFile):
         """Read a file.
 
         Raises:
-            OSError: It cannot be read, or is not as it was written.
+            OSError: If the file cannot be read, or is damaged.
         """
         kept = Path(path).read_bytes()
-        if hashlib.sha256(kept[DIGEST:]).digest() != kept[:DIGEST]:
+        if hashlib.sha256(kept[_DIGEST_SIZE:]).digest() != kept[:_DIGEST_SIZE]:
             raise OSError(f"{path}: damaged")
-        return kept[DIGEST:]
+        return kept[_DIGEST_SIZE:]
 
     @contextmanager
     def _open_for_write(self, filepath: str) -> Iterator[Any]:
@@ -158,7 +158,7 @@ class _CheckedFiles(IndexDataCacheFile):
 
 
 class _KernelCache(FunctionCache):
-    """numba's, but that it checks what it loads."""
+    """The cache of numba, with a check of loaded files."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
@@ -168,7 +168,7 @@ class _KernelCache(FunctionCache):
 
 
 class _ClosureCache(_KernelCache):
-    """Finds a closure by a name for what it closes over; numba takes that itself, with a number drawn for each."""
+    """A cache that finds a closure by the name of its enclosed functions; numba uses a random number for each."""
 
     def __init__(self, function: Callable[..., Any], kept_as: str) -> None:
         super().__init__(function)
@@ -179,11 +179,11 @@ class _ClosureCache(_KernelCache):
 
 
 @contextmanager
-def compiling(what: str, how: str = ONCE, *, warn_after: float = FIRST) -> Iterator[None]:
-    """Log what is being compiled, if the block takes longer than a time.
+def compiling(what: str, how: str = ONCE, *, warn_after: float = FIRST_MESSAGE_AFTER) -> Iterator[None]:
+    """Log a message if compiling takes longer than a time.
 
     Args:
-        what: Name of what is compiled.
+        what: Name of the compiled code.
         how: `ONCE`, `EACH_TIME` or `NOWHERE`.
         warn_after: Time until the message [s].
     """
@@ -195,11 +195,11 @@ def compiling(what: str, how: str = ONCE, *, warn_after: float = FIRST) -> Itera
     finally:
         timer.cancel()
     if how == ONCE:
-        KEPT.append(what)
+        KEPT_KERNELS.append(what)
 
 
 def name_for_people(function: Callable[..., Any]) -> str:
-    """Return what a kernel is for, as its module's docstring begins; of what is not palpate's, where it is."""
+    """Return the purpose of a kernel from its module's docstring; for other packages, its qualified name."""
     name = f"{function.__module__}.{function.__qualname__}"
     documented = sys.modules[function.__module__].__doc__ if function.__module__ in sys.modules else None
     if not documented or not name.startswith("palpate."):
@@ -209,10 +209,10 @@ def name_for_people(function: Callable[..., Any]) -> str:
 
 
 class _Kernels(events.Listener):
-    """Listens to numba's compilations; functions compiled for a caller count as part of the caller's."""
+    """Listens to numba's compilations; functions that a kernel calls count as part of the kernel."""
 
     def __init__(self) -> None:
-        self._depth, self._began, self._left = 0, 0.0, FIRST
+        self._depth, self._began, self._left = 0, 0.0, FIRST_MESSAGE_AFTER
         self._warning: Any = None
 
     def on_start(self, event: events.Event) -> None:
@@ -229,7 +229,7 @@ class _Kernels(events.Listener):
         if self._depth == 0:
             self._warning.__exit__(None, None, None)
             left = self._left - (monotonic() - self._began)
-            self._left = left if left > 0.0 else NEXT
+            self._left = left if left > 0.0 else NEXT_MESSAGE_AFTER
 
 
 def _how(kernel: Any) -> str:

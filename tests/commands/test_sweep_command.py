@@ -20,7 +20,7 @@ from palpate.commands.sweep import SweepConfig, figure, run, sweep
 from palpate.commands.sweep.attempt import attempt
 from palpate.commands.sweep.store import RunStatus, read_record
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore import exploration
+from palpate.experiments.explore import exploration, map_growth
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.recorded_run import carry_out
@@ -347,7 +347,8 @@ def test_a_run_of_a_sweep_does_without_what_no_table_shows(monkeypatch):
     def unasked(*given, **options):
         raise AssertionError("no metric of merit needs it")
 
-    for name in ("map_growth", "fit_primitive", "HeightMap"):
+    monkeypatch.setattr(map_growth, "map_growth", unasked)
+    for name in ("fit_primitive", "HeightMap"):
         monkeypatch.setattr(exploration, name, unasked)
     (run,) = planned(fixed=SMALL, experiment="explore").runs
     found = attempt(run.case)

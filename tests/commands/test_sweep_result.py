@@ -32,7 +32,7 @@ from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.reporting.marks import Band, Dash, Line, Points
 from palpate.reporting.page import report_page
 from palpate.reporting.plots import plots
-from palpate.reporting.units import scale_of
+from palpate.reporting.units import UNITS, scale_of
 from support.drawn import marks as marks_of
 from support.drawn import panels
 from support.sweep_runs import SHORT, planned
@@ -128,12 +128,11 @@ def test_no_column_has_the_name_of_another(name):
 
 @pytest.mark.parametrize("name", experiment_names())
 def test_a_figures_column_ends_in_its_unit(name):
-    endings = {"m": "_m", "N": "_n", "s": "_s", "Hz": "_hz", "rad": "_rad"}
     for metric in experiment_named(name).metrics:
         if metric.unit:
-            assert metric.key.endswith(endings[metric.unit])
+            assert metric.key.endswith(f"_{UNITS[metric.unit][0]}")
         else:
-            assert not metric.key.endswith(tuple(endings.values()))
+            assert not metric.key.endswith(("_m", "_n", "_s", "_hz", "_rad"))
         assert len(metric.meaning) <= 36, "it stands beside an axis"
 
 

@@ -114,10 +114,15 @@ def test_a_command_whose_report_is_interrupted_names_its_log(arguments, monkeypa
 def test_a_control_beside_that_is_interrupted_leaves_the_report_of_the_first(
     run_over, monkeypatch, tmp_path, capsys
 ):
-    def interrupted(console, expected_duration):
-        raise KeyboardInterrupt(run_over)
+    runs = []
 
-    monkeypatch.setattr("palpate.commands.run.run_progress", interrupted)  # of the second run alone
+    def interrupted(console, expected_duration):
+        runs.append(expected_duration)
+        if len(runs) > 1:
+            raise KeyboardInterrupt(run_over)
+        return run_progress(console, expected_duration)
+
+    monkeypatch.setattr("palpate.commands.run.run_progress", interrupted)
     assert main(["grasp", *JUST_HELD, "--against-ignoring-spin", "--out", str(tmp_path)]) == ExitCode.INTERRUPTED
     assert "the report is of the first run alone" in " ".join(capsys.readouterr().out.split())
     assert "neither slipped nor spun" in " ".join((tmp_path / "report.html").read_text().split())

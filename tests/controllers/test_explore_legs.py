@@ -23,7 +23,7 @@ from palpate.controllers.paths import (
     Taps,
     Waypoints,
 )
-from palpate.controllers.paths.path_follower import SLOWEST
+from palpate.controllers.paths.path_follower import MIN_CORNER_SPEED
 from palpate.runtime.data import Phase
 from palpate.spatial import IDENTITY
 from support.spring_world import PERIOD, RADIUS, STIFFNESS, Explored, Script, SpringWorld
@@ -133,7 +133,7 @@ def test_strokes_follow_each_other_without_leaving_the_surface():
     assert script.ends[0].tip[:2] == pytest.approx((5e-3, 0.0), abs=2e-4)
     assert script.ends[1].tip[:2] == pytest.approx((0.0, 5e-3), abs=2e-4)
     # contacts of every period, but for those in which a leg has ended and the tip comes to rest
-    resting = math.ceil(SLOWEST / (WANTED.acceleration * PERIOD)) + 1
+    resting = math.ceil(MIN_CORNER_SPEED / (WANTED.acceleration * PERIOD)) + 1
     assert 0 <= e.at(Phase.SCAN).sum() - len(script.felt) <= 2 * resting
 
 

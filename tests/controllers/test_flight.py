@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from palpate.controllers import ExploreParameters, Room, force_gain
 from palpate.controllers.flight import MAX_BUMPS, Airspace, Flight
 from palpate.controllers.paths import PathPlane
-from palpate.controllers.paths.path_follower import ARRIVED, STEERING
+from palpate.controllers.paths.path_follower import ARRIVAL_DISTANCE, STEERING_RATE
 from palpate.controllers.tip_state import TipState
 from palpate.runtime.data import Phase
 from palpate.spatial import ZERO, add_scaled, norm, scale
@@ -71,7 +71,9 @@ def test_first_up_then_across_within_speed_and_acceleration(a, b, low, high):
     # below where the run began, no faster than on landing
     fastest = WANTED.travel_speed if high >= TOP - 5e-4 else WANTED.landing_speed
     assert speed.max() <= fastest * (1 + 1e-9)
-    assert np.diff(speed, prepend=0.0).max() <= WANTED.acceleration * PERIOD + STEERING * ARRIVED + 1e-9
+    assert (
+        np.diff(speed, prepend=0.0).max() <= WANTED.acceleration * PERIOD + STEERING_RATE * ARRIVAL_DISTANCE + 1e-9
+    )
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.7, 1.5])

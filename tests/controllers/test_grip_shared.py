@@ -14,7 +14,7 @@ from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
 from palpate.controllers.grip.wrench_ahead import ODD_FORCE, WrenchAhead
-from palpate.experiments.grasp.least import least_forces
+from palpate.experiments.grasp.minimum_grip import least_forces
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.limit_surface import LimitSurface
 from palpate.grasp import GraspContacts, GraspForceOptimizer

@@ -22,9 +22,8 @@ from palpate.controllers.paths import (
     Stroke,
     TouchNoise,
 )
-from palpate.controllers.paths.missed import missed, missed_around
-from palpate.controllers.paths.reached import reached
-from palpate.controllers.paths.row import Row
+from palpate.controllers.paths.active import reached
+from palpate.controllers.paths.felt_rows import Row, missed, missed_around
 from palpate.controllers.paths.strips import innovation_error
 from support.paths_world import HeightWorld, explore
 

@@ -23,7 +23,7 @@ from palpate.controllers.paths import (
     Waypoints,
     tap_grid,
 )
-from palpate.controllers.paths.path_follower import ARRIVED, SLOWEST, STEERING
+from palpate.controllers.paths.path_follower import ARRIVAL_DISTANCE, MIN_CORNER_SPEED, STEERING_RATE
 from support.paths_world import HeightWorld, explore
 
 PERIOD, SPEED, ACCELERATION = 1e-3, 0.05, 0.5
@@ -78,7 +78,7 @@ def test_the_path_stays_close_to_the_polygon(lag, bound):
     off = [np.linalg.norm(positions - a - to, axis=1) for (a, _), to in zip(sides, along, strict=True)]
     assert np.min(off, axis=0).max() < bound
     drifted, _ = follow(((0.0, 0.0), (0.1, 0.0)), drift=(0.0, 0.002))
-    assert np.abs(drifted[:, 1]).max() <= 0.002 / STEERING * 1.01
+    assert np.abs(drifted[:, 1]).max() <= 0.002 / STEERING_RATE * 1.01
 
 
 @pytest.mark.parametrize("start", [None, (0.0, -0.03)], ids=["on the path", "30 mm beside it"])
@@ -89,13 +89,13 @@ def test_speed_and_acceleration_are_bounded_but_for_the_last_millimetre_per_seco
     jumps, stops = np.linalg.norm(np.diff(commands, axis=0), axis=1), speeds[1:] == 0.0
     assert speeds.max() <= SPEED * (1 + 1e-3)
     if start is None:
-        assert jumps[stops].max() <= 1.1 * SLOWEST
+        assert jumps[stops].max() <= 1.1 * MIN_CORNER_SPEED
         assert jumps[~stops & (speeds[:-1] > 0.0)].max() / PERIOD <= 1.1 * ACCELERATION
 
 
 @pytest.mark.slow
 @settings(max_examples=50, deadline=None, derandomize=True)
-@given(st.lists(st.floats(SLOWEST, 0.1), min_size=1, max_size=8), st.integers(50, 300))
+@given(st.lists(st.floats(MIN_CORNER_SPEED, 0.1), min_size=1, max_size=8), st.integers(50, 300))
 def test_a_speed_that_changes_no_faster_than_the_acceleration_makes_no_jump(targets, hold):
     """While cruising as while braking for a corner; at a corner the tip rests from and to the slowest speed."""
     follower, speed, position, before = PathFollower(L_SHAPE, ACCELERATION), SPEED, np.zeros(2), np.zeros(2)
@@ -105,7 +105,7 @@ def test_a_speed_that_changes_no_faster_than_the_acceleration_makes_no_jump(targ
         now = np.array(follower.velocity(tuple(position.tolist()), 1.0, speed, PERIOD))
         if follower.finished:
             break
-        assert np.linalg.norm(now - before) <= 1.1 * (most if now.any() and before.any() else SLOWEST)
+        assert np.linalg.norm(now - before) <= 1.1 * (most if now.any() and before.any() else MIN_CORNER_SPEED)
         assert np.linalg.norm(now) <= speed * (1 + 1e-9)
         position, before = position + PERIOD * now, now
 
@@ -291,4 +291,4 @@ def test_every_corner_is_reached_in_order_within_speed_and_acceleration(corners,
         last += near[0]
     assert speeds.max() <= 0.02 * (1 + 1e-9)
     # faster by no more than a, and by the correction of the tenth of a millimetre that a corner leaves
-    assert lag or np.diff(speeds).max() <= ACCELERATION * PERIOD + STEERING * ARRIVED + 1e-9
+    assert lag or np.diff(speeds).max() <= ACCELERATION * PERIOD + STEERING_RATE * ARRIVAL_DISTANCE + 1e-9

@@ -9,20 +9,20 @@ from hypothesis import strategies as st
 
 from mapping.raster import cloud_of, raster
 from palpate.controllers.paths import Mark, PathEvent
-from palpate.experiments.explore.felt_path import MOST_POINTS, felt_path
-from palpate.experiments.explore.mark_places import look_of
-from palpate.experiments.explore.surface_colours import (
+from palpate.experiments.explore.surface_figure import (
     ERROR_OF_POINTS,
-    HEIGHT,
-    LEAST_RELIEF,
+    HEIGHT_QUANTITY,
+    MAX_PATH_POINTS,
+    MIN_RELIEF,
+    event_look,
+    felt_path,
     height_colouring,
     layer_colouring,
     map_colourings,
+    surface_figure,
 )
-from palpate.experiments.explore.surface_figure import surface_figure
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.figures import over_time
-from palpate.experiments.grasp.moments_figure import MOMENTS, held_mesh, moments_figure, worst_moment
+from palpate.experiments.grasp.figures import MOMENTS, held_mesh, moments_figure, over_time, worst_moment
 from palpate.experiments.regulate.figures import bode_figure, error_figure, step_figure
 from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
 from palpate.mapping.layers import VertexLayer
@@ -61,25 +61,25 @@ def test_nothing_is_told_of_the_truth_where_nobody_knows_it():
 def test_without_a_map_there_are_the_points_alone_and_without_points_nothing():
     found = replace(small(), map=None)
     (points,) = marks(found, Spots)
-    assert [each.quantity for each in points.colourings] == [HEIGHT, ERROR_OF_POINTS]
+    assert [each.quantity for each in points.colourings] == [HEIGHT_QUANTITY, ERROR_OF_POINTS]
     assert not marks(found, Polyline)
     assert "too few" in surface_figure(found).caption
     assert surface_figure(unfelt(small())) is None
 
 
-@pytest.mark.parametrize("count", [1, 2, 9, MOST_POINTS + 1, 5 * MOST_POINTS + 3])
+@pytest.mark.parametrize("count", [1, 2, 9, MAX_PATH_POINTS + 1, 5 * MAX_PATH_POINTS + 3])
 def test_no_outlier_of_the_path_is_lost(count):
     rng = np.random.default_rng(count)
     cloud = cloud_of(np.cumsum(rng.uniform(0.0, 1e-3, (count, 3)), axis=0), np.tile(UP, (count, 1)))
     error = rng.normal(size=count)
-    path = felt_path(cloud, error)
-    assert len(path.points) == len(path.error) <= 2 * MOST_POINTS
-    assert np.nanmax(np.abs(path.error)) == np.abs(error).max()
-    assert (np.nanmin(path.points, axis=0) >= cloud.position.min(axis=0) - 1e-12).all()
+    points, largest = felt_path(cloud, error)
+    assert len(points) == len(largest) <= 2 * MAX_PATH_POINTS
+    assert np.nanmax(np.abs(largest)) == np.abs(error).max()
+    assert (np.nanmin(points, axis=0) >= cloud.position.min(axis=0) - 1e-12).all()
 
 
 def test_each_event_of_a_mark_looks_different_and_is_named():
-    assert len({look_of(event) for event in PathEvent}) == len(PathEvent)
+    assert len({event_look(event) for event in PathEvent}) == len(PathEvent)
     placed = replace(small(), marks=tuple(Mark(event, (0.0, 0.0, 0.012), "why") for event in PathEvent))
     assert {mark.name for mark in marks(placed, Spots)} >= set(PathEvent)
 
@@ -92,7 +92,7 @@ def test_colours_of_heights_hold_all_and_make_flat_look_flat(relief, height):
     colouring = height_colouring(np.column_stack([xy, z]))
     assert colouring.low <= 1e3 * z.min() + 1e-9
     assert colouring.high >= 1e3 * z.max() - 1e-9
-    assert colouring.high - colouring.low == pytest.approx(1e3 * max(np.ptp(z), LEAST_RELIEF * np.ptp(xy[:, 0])))
+    assert colouring.high - colouring.low == pytest.approx(1e3 * max(np.ptp(z), MIN_RELIEF * np.ptp(xy[:, 0])))
 
 
 # --- layers ---

@@ -15,7 +15,7 @@ from palpate.controllers.paths import PathPlane, Waypoints
 from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.assumption_check import landed_stiffness
+from palpate.experiments.explore.error_budget import landed_stiffness
 from palpate.mapping import PrimitiveKind, TouchCloud
 from palpate.mapping.compare import TouchedMap, compare
 from palpate.mapping.compare_files import read_map, read_reference

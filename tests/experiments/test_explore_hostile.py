@@ -16,17 +16,16 @@ from hostile_scenes import SCENES, Truth, Wall, carried_out, most_force
 from unseen_meshes import CASES, MAP_RMS, explored, missed
 
 from palpate.controllers import LandingModel
-from palpate.experiments.explore.assumption_check import (
-    SAME_RATIO,
+from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.error_budget import (
+    MAX_STIFFNESS_RATIO,
     landed_stiffness,
-    other_stiffness,
     zero_offset,
     zero_shift,
 )
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.explored_contacts import felt_in_scan
-from palpate.experiments.explore.report import exploration_report, outcome
-from palpate.experiments.explore.wall_bound import WallBound
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.explore.explored_map import felt_in_scan
+from palpate.experiments.explore.plan import WallBound
 from palpate.runtime import Finger, Phase
 from palpate.surfaces import Sphere
 
@@ -39,7 +38,6 @@ BALL = ExploreConfig(object="sphere", size=(0.03,), width=0.006, depth=0.002)
 def test_what_is_otherwise_than_assumed_does_no_harm_and_is_told(scene):
     found = scene.carried_out("stage", "raster")
     assert not scene.missed(found)
-    assert exploration_report(found).outcome == outcome(found)
 
 
 @pytest.fixture(scope="module")
@@ -53,8 +51,8 @@ def test_another_stiffness_is_felt_on_landing_and_widens_the_band_by_what_it_doe
     assert account.offset == pytest.approx(2.0 * (1 / 20e3 - 1 / 200e3), rel=0.02)
     assert stiff.map.budget.shown == account.offset
     assert np.abs(stiff.map.error).max() < stiff.map.budget.total
-    assert "give --stiffness 200000" in outcome(stiff)
-    rows = dict(exploration_report(stiff).settings)
+    assert "give --stiffness 200000" in Explore().report(stiff).outcome
+    rows = dict(Explore().report(stiff).settings)
     assert "N at this speed" in rows["a wall in its path"]
 
 
@@ -63,7 +61,7 @@ def test_what_was_assumed_rightly_needs_no_words():
     assert found.assumptions.stiffness == pytest.approx(20e3, rel=0.1)
     assert found.assumptions.offset == 0.0
     assert not found.assumptions.zero_shift.any()
-    assert outcome(found).endswith("at rest.")
+    assert Explore().report(found).outcome.endswith("at rest.")
     assert found.assumptions.most_force == pytest.approx(most_force(found), rel=1e-3)
 
 
@@ -98,10 +96,9 @@ def test_stiffness_is_told_only_by_landings_that_show_it(stiff):
     resting = np.where(record.phase == Phase.SETTLE.value, 2.0, record.normal_force)
     noise = 0.01 * np.random.default_rng(0).normal(size=len(record))
     assert math.isnan(landed_stiffness(replace(record, normal_force=resting + noise)))
-    assert not other_stiffness(math.nan, 20e3)
-    assert not other_stiffness(20e3 * SAME_RATIO * 0.99, 20e3)
-    assert other_stiffness(20e3 * SAME_RATIO * 1.01, 20e3)
-    assert other_stiffness(20e3 / SAME_RATIO * 0.99, 20e3)
+    ratio = MAX_STIFFNESS_RATIO
+    for factor, differs in ((math.nan, False), (0.99 * ratio, False), (1.01 * ratio, True), (0.99 / ratio, True)):
+        assert replace(stiff.assumptions, stiffness=factor * BALL.stiffness).stiffness_differs is differs
 
 
 @given(st.floats(1e3, 1e6), st.floats(1e-3, 0.05), st.floats(0.0, 10.0), st.floats(0.5, 5.0), st.floats(0.05, 1.0))

@@ -11,9 +11,9 @@ from palpate.controllers import SineForce
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.files import exploration_files
-from palpate.experiments.explore.report import exploration_report, settings
-from palpate.experiments.explore.surface_colours import LOOKS
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.explore.report import settings
+from palpate.experiments.explore.surface_figure import LAYER_LOOKS
 from palpate.experiments.explore.tables import layer_rows
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.solids import quantities
@@ -61,7 +61,7 @@ def test_an_edge_tells_no_stiffness_though_the_force_errs_there():
 def test_where_the_force_does_not_vary_nothing_is_said_of_stiffness(steady):
     assert np.isnan(steady.map.stiffness.mean).all()
     assert not any("stiffness" in row[0] for row in layer_rows(steady.map))
-    assert not any("stiffness" in metric.name for metric in exploration_report(steady).metrics)
+    assert not any("stiffness" in metric.name for metric in Explore().report(steady).metrics)
 
 
 @pytest.mark.slow
@@ -114,17 +114,17 @@ def test_a_ball_is_bent_alike_everywhere_and_in_every_direction(steady):
 
 
 def test_files_report_and_summary_have_the_layers(swung, tmp_path):
-    exploration_files(swung)["map.ply"](tmp_path / "map.ply")
+    Explore().files(swung)["map.ply"](tmp_path / "map.ply")
     ply = trimesh.load(tmp_path / "map.ply", process=False)
     data = ply.metadata["_ply_raw"]["vertex"]["data"]
     for layer in (swung.map.friction, swung.map.stiffness, swung.map.curvature[2]):
         np.testing.assert_allclose(np.ravel(data[layer.name]), layer.mean, rtol=1e-5)
         np.testing.assert_allclose(np.ravel(data[f"{layer.name}_sd"]), layer.sd, rtol=1e-5)
     assert np.isfinite(np.ravel(data["curvature_direction_x"])).all()
-    report = exploration_report(swung)
+    report = Explore().report(swung)
     (space,) = pictures(report, "The surface")["Touched surface"].panels
-    assert {look.quantity for look in LOOKS.values()} <= set(quantities(space.marks))
-    assert {layer.name for layer in swung.map.layers if isinstance(layer, VertexLayer)} == set(LOOKS)
+    assert {look.quantity for look in LAYER_LOOKS.values()} <= set(quantities(space.marks))
+    assert {layer.name for layer in swung.map.layers if isinstance(layer, VertexLayer)} == set(LAYER_LOOKS)
     rows = {row[0]: row for row in next(p for p in section(report, "The map").parts if hasattr(p, "rows")).rows}
     assert rows["stiffness of the object"][2] == "kN/m"
     assert float(rows["stiffness of the object"][1]) == pytest.approx(40.0, rel=0.2)

@@ -14,8 +14,7 @@ from palpate.controllers.paths import Mark, PathEvent
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
-from palpate.experiments.explore.explored_marks import marks_text, not_felt, write_marks_csv
-from palpate.experiments.explore.report import outcome
+from palpate.experiments.explore.exploration import marks_text, missed_marks, write_marks_csv
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.options import specs_of
 from palpate.experiments.kit.recorded_run import RecordedRun
@@ -98,7 +97,7 @@ def test_what_was_found_is_found_again_from_the_log_alone(done, tmp_path):
     for name, write in Explore().files(found).items():
         write(tmp_path / name)
         assert (tmp_path / name).read_bytes() == (out / name).read_bytes(), name
-    assert outcome(found) == (out / "report.html").read_text()
+    assert Explore().report(found).outcome == (out / "report.html").read_text()
 
 
 # --- what they feel ---
@@ -136,7 +135,7 @@ def test_an_edge_is_followed_all_the_way_round_a_box_and_its_corners_are_marked(
     late = found.cloud.position[found.cloud.time > found.cloud.time[0] + 0.5]
     inside = np.maximum(0.012 - np.abs(late[:, 0]), 0.0), np.maximum(0.008 - np.abs(late[:, 1]), 0.0)
     assert np.percentile(np.minimum(*inside), 95) < 2e-4
-    assert not not_felt(found.marks)
+    assert not missed_marks(found.marks)
 
 
 @pytest.mark.slow
@@ -164,12 +163,12 @@ def test_beyond_the_object_places_are_marked_and_the_outcome_says_so(over, share
     found = carried_out(plan_of(ExploreConfig(**BOX, **region, beyond=True)))
     assert found.run.ending is Ending.DONE
     assert found.run.at_rest
-    assert {mark.event for mark in not_felt(found.marks)} <= {PathEvent.UNREACHABLE, PathEvent.STEEP}
-    assert len(not_felt(found.marks)) >= 2
+    assert {mark.event for mark in missed_marks(found.marks)} <= {PathEvent.UNREACHABLE, PathEvent.STEEP}
+    assert len(missed_marks(found.marks)) >= 2
     assert all(abs(mark.position[0]) > 0.0115 for mark in found.marks)
-    said = outcome(found)
-    assert f"but {len(not_felt(found.marks))} places could not be felt" in said
-    assert marks_text(not_felt(found.marks)) in said
+    said = Explore().report(found).outcome
+    assert f"but {len(missed_marks(found.marks))} places could not be felt" in said
+    assert marks_text(missed_marks(found.marks)) in said
     assert found.map.observed_share > share  # what follows a place that could not be followed is left out, too
     assert np.nanmax(found.true_normal_force) < 5.0
 
@@ -241,7 +240,7 @@ def test_marks_are_counted_and_read_back(tmp_path):
     )
     assert marks_text(marks) == "2 steep, 1 edge"
     assert marks_text(()) == "none"
-    assert not_felt(marks) == (marks[0], marks[2])
+    assert missed_marks(marks) == (marks[0], marks[2])
     write_marks_csv(marks, tmp_path / "marks.csv")
     rows = list(csv.DictReader((tmp_path / "marks.csv").read_text().splitlines()))
     assert [row["event"] for row in rows] == ["steep", "edge", "steep"]

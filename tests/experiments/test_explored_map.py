@@ -22,9 +22,8 @@ from mapping.raster import cloud_of, sphere_cap
 from palpate.estimation import Assumption, BrokenAssumption, Verdict
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.explored_contacts import felt_in_scan
-from palpate.experiments.explore.explored_map import MOST_VERTICES, row_distance
-from palpate.experiments.explore.map_budget import map_budget
+from palpate.experiments.explore.error_budget import map_budget
+from palpate.experiments.explore.explored_map import MAX_VERTICES, felt_in_scan, row_distance
 from palpate.experiments.explore.named_shape import named_shape, white_tilt
 from palpate.experiments.explore.reachable_surface import ReachableSurface
 from palpate.experiments.explore.scans import scan_on
@@ -89,7 +88,7 @@ def test_the_budget_for_noise_grows_with_its_square():
     budgets = [
         map_budget(
             run.record,
-            planned.finger,
+            planned.fingers[0],
             kept=felt_in_scan(run.record),
             set_force=run.set_force,
             half_compliance=planned.half_compliance,
@@ -198,8 +197,8 @@ def test_rows_spread_in_a_hollow_and_a_map_knows():
 def test_a_mesh_of_a_large_surface_is_coarser_instead_of_larger():
     xy = np.random.default_rng(0).uniform(-0.5, 0.5, (400, 2))
     large = cloud_of(np.column_stack([xy, np.zeros(400)]), np.tile([0.0, 0.0, 1.0], (400, 1)))
-    assert voxel_for(found("sphere").cloud.position, 5e-4, MOST_VERTICES) == 5e-4
-    assert 1.0 / voxel_for(large.position, 5e-4, MOST_VERTICES) ** 2 <= MOST_VERTICES
+    assert voxel_for(found("sphere").cloud.position, 5e-4, MAX_VERTICES) == 5e-4
+    assert 1.0 / voxel_for(large.position, 5e-4, MAX_VERTICES) ** 2 <= MAX_VERTICES
 
 
 # --- files ---

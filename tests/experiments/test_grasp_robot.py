@@ -10,9 +10,9 @@ import pytest
 
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import InvalidValueError
-from palpate.experiments.grasp.felt import GraspFeltRecorder
-from palpate.experiments.grasp.report import grasp_report
+from palpate.experiments.grasp.experiment import GraspObject
 from palpate.experiments.grasp.result import GraspResult
+from palpate.experiments.grasp.truth import GraspFeltRecorder
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.hw.devices import move_fingers
 from palpate.hw.rig import FreshlyTared
@@ -166,8 +166,8 @@ def test_a_report_of_a_robot_says_what_was_felt_and_nothing_of_a_simulation(load
     planned = plan_of(robot="ur5e-hand", **BELIEVED)
     run = RecordedRun(plan_of(), _Ended(plan_of().backend())).run()
     grasp = GraspResult(planned, replace(run), felt_grasp(planned, loads), (), 0)
-    report = grasp_report(grasp)
-    assert f"The object was {word}, as fingers feel it." in report.outcome
+    report = GraspObject().report(grasp)
+    assert f"The object was {word}, as the fingers feel it." in report.outcome
     names = [metric.name for metric in report.metrics]
     assert names[:2] == ["dropped", "largest grip"]
     assert not any("slip" in name or "spin" in name or "least" in name for name in names)

@@ -15,13 +15,12 @@ from palpate.commands.replay.run import replay_log
 from palpate.controllers.paths import StopReason
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.contour_figure import contour_figure
-from palpate.experiments.explore.report import exploration_report, outcome
-from palpate.experiments.explore.report import outcome as exploration_outcome
-from palpate.experiments.explore.tables import as_known, layer_rows, map_rows
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.explore.explored_map import rounded_to
+from palpate.experiments.explore.surface_figure import contour_figure
+from palpate.experiments.explore.tables import layer_rows, map_rows
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.kit.change_outcome import change_outcomes, change_rows, change_sentences
-from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.recorded_run import RecordedRun, change_outcomes, change_rows, change_sentences
 from palpate.experiments.kit.recording import log_writer, notes_in, tell_log
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.script import plan_for
@@ -103,15 +102,16 @@ def edge():
 def test_of_a_line_no_band_no_share_and_no_curvature_are_told():
     found = edge()
     assert found.map.is_line
-    report = exploration_report(found)
+    report = Explore().report(found)
     metrics = {metric.name: metric.text for metric in report.metrics}
     assert metrics["map"] == "a line"
     assert metrics["shape"] == "unclear"
-    told = " ".join(" ".join(row) for row in (*map_rows(found.map), *layer_rows(found.map)))
+    rows = [(metric.name, metric.text, metric.note) for metric in report.metrics]
+    told = " ".join(" ".join(row) for row in (*rows, *map_rows(found.map), *layer_rows(found.map)))
     for claim in ("observed", "curvature", "band", "standard deviation", "inside"):
         assert not any(claim in name for name in metrics)
         assert claim not in told
-    assert "extrapolated, not claimed" in told
+    assert "claims no surface" in told
     assert "friction" in told  # of which the line itself tells
 
 
@@ -137,9 +137,9 @@ def raster():
 @pytest.mark.slow
 def test_a_surface_still_claims_its_share_its_band_and_its_curvature(raster):
     assert not raster.map.is_line
-    metrics = {metric.name for metric in exploration_report(raster).metrics}
+    metrics = {metric.name for metric in Explore().report(raster).metrics}
     assert {"observed of the reachable", "true errors inside that band", "mean curvature of the map"} <= metrics
-    shown = pictures(exploration_report(raster), "The surface")["Touched surface"]
+    shown = pictures(Explore().report(raster), "The surface")["Touched surface"]
     assert "% of its true errors are inside it" in shown.caption
     names = [row[0] for row in (*map_rows(raster.map), *layer_rows(raster.map))]
     assert len(set(names)) == len(names), "two rows of one name tell two things"
@@ -150,9 +150,9 @@ def test_a_surface_still_claims_its_share_its_band_and_its_curvature(raster):
 
 @given(st.floats(-1e6, 1e6), st.floats(1e-9, 1e3))
 def test_a_value_is_rounded_by_far_less_than_it_is_known(value, sd):
-    rounded = as_known(value, sd)
+    rounded = rounded_to(value, sd)
     assert abs(rounded - value) <= 0.051 * sd + 1e-15 * abs(value)
-    assert as_known(value, math.nan) == value
+    assert rounded_to(value, math.nan) == value
 
 
 @pytest.mark.slow
@@ -172,7 +172,7 @@ def test_where_little_was_felt_no_shape_is_ruled_out(raster):
     for share, name in ((0.06, "unclear"), (1.0, "none of these")):
         felt = np.arange(len(raster.map.found)) < share * len(raster.map.found)
         cut = dataclasses.replace(raster, map=dataclasses.replace(raster.map, shape=shape, found=felt))
-        report = exploration_report(cut)
+        report = Explore().report(cut)
         assert {metric.name: metric.value for metric in report.metrics}["shape"] == name
         sentence = section(report, "Which shape it is").parts[0].text
         assert sentence.startswith("Too little") is (name == "unclear")
@@ -182,7 +182,7 @@ def test_the_artefact_of_simulated_friction_is_told_only_where_points_are_off(ra
     for error, told in ((1e-6, False), (5e-6, True)):
         off = np.zeros(len(raster.cloud))
         off[3] = error
-        report = exploration_report(dataclasses.replace(raster, point_error=off))
+        report = Explore().report(dataclasses.replace(raster, point_error=off))
         shown = pictures(report, "Errors of single points")["How large the errors are"]
         assert ("artefact" in shown.caption) is told
 
@@ -192,7 +192,8 @@ def test_the_artefact_of_simulated_friction_is_told_only_where_points_are_off(ra
 
 def test_an_interruption_without_marks_speaks_of_none(raster):
     run = dataclasses.replace(raster.run, ending=Ending.INTERRUPTED)
-    assert outcome(dataclasses.replace(raster, run=run)).startswith("Not finished (interrupted) after ")
+    report = Explore().report(dataclasses.replace(raster, run=run))
+    assert report.outcome.startswith("Not finished (interrupted) after ")
 
 
 def as_if(raster, share, **options):
@@ -205,7 +206,7 @@ def as_if(raster, share, **options):
 
 def test_who_felt_less_than_half_has_not_explored(raster):
     for share, reached in ((0.3, False), (0.7, True)):
-        report = exploration_report(as_if(raster, share))
+        report = Explore().report(as_if(raster, share))
         assert report.reached is reached
         assert ("less than half" in report.outcome) is not reached
         assert "% of what could be felt in" in report.outcome
@@ -223,10 +224,10 @@ def test_who_felt_less_than_half_has_not_explored(raster):
 def test_advice_names_options_of_the_strategy(raster, options, told, unheard):
     some = as_if(raster, 0.7, **options)
     nothing = dataclasses.replace(some, cloud=some.cloud.select(np.zeros(len(some.cloud), bool)), map=None)
-    advice = " ".join(exploration_report(some).advice)
+    advice = " ".join(Explore().report(some).advice)
     assert told in advice
     assert unheard not in advice
-    aim = " ".join(exploration_report(nothing).advice)
+    aim = " ".join(Explore().report(nothing).advice)
     assert "--center" in aim
     assert ("--width" in aim) is (options.get("strategy", "raster") in ("raster", "taps"))
 
@@ -243,11 +244,11 @@ def test_advice_names_options_of_the_strategy(raster, options, told, unheard):
 def test_an_active_exploration_says_why_it_ended_and_what_was_asked_for(given, enough):
     found = explore(ExploreConfig(**BALL, strategy="active", width=0.005, depth=0.004, **given))
     assert found.stop_reason is enough
-    assert outcome(found).startswith("Finished: ")
-    assert f"; {enough.value}; the robot is at rest." in outcome(found)
+    assert Explore().report(found).outcome.startswith("Finished: ")
+    assert f"; {enough.value}; the robot is at rest." in Explore().report(found).outcome
     if found.map.claimed.any():
-        metrics = {metric.name: metric.value for metric in exploration_report(found).metrics}
-        assert metrics["accuracy asked for, RMS"] == pytest.approx(1e3 * given.get("accuracy", 2e-5))
+        metrics = {metric.name: metric.value for metric in Explore().report(found).metrics}
+        assert metrics["target accuracy of the map"] == pytest.approx(1e3 * given.get("accuracy", 2e-5))
 
 
 # --- What became of a retreat is told wherever a trip is ---
@@ -268,7 +269,7 @@ def test_a_result_and_its_reports_tell_of_the_retreat(aftermath):
     assert run.why == said
     assert str(run).startswith(f"stopped by the supervisor ({said}) after ")
     for told in (
-        exploration_outcome(replace(exploration, run=run)),
+        Explore().report(replace(exploration, run=run)).outcome,
         regulation_outcome(replace(regulation, run=run)),
     ):
         assert told.startswith(f"Stopped by the supervisor: {said}; the robot is at rest.")

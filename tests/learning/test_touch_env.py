@@ -35,7 +35,7 @@ from palpate.runtime import (
 from palpate.sim.render.gl import NoRendererError
 from palpate.spatial import IDENTITY, ZERO, norm, subtract
 from palpate.surfaces import Sphere
-from palpate.testing.spring_plane import ABOVE, RADIUS, SpringPlane
+from palpate.testing.spring_plane import RADIUS, START_HEIGHT, SpringPlane
 from support.emulated_file import unhurried_file
 
 
@@ -274,7 +274,7 @@ def test_the_tip_is_brought_to_the_surface_or_as_far_as_it_may_go():
     state, _ = floor_env(backend, reach=4e-4).reset(seed=0)
     assert state["touching"][0] == 0.0
     assert not state["normal"].any()
-    assert backend.height == pytest.approx(RADIUS + ABOVE - 4e-4, abs=1e-4)
+    assert backend.height == pytest.approx(RADIUS + START_HEIGHT - 4e-4, abs=1e-4)
 
 
 @given(force=st.floats(0.1, 5.9), speed=st.floats(0.0, 0.1))

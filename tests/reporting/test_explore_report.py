@@ -13,10 +13,14 @@ from mapping.raster import RADIUS, sphere_cap
 from palpate.controllers.paths import Mark, PathEvent
 from palpate.experiments.explore import explore
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.growth_figure import growth_figure
-from palpate.experiments.explore.map_growth import SHARES, MapGrowth, map_growth
-from palpate.experiments.explore.report import exploration_report
-from palpate.experiments.explore.snapshots_figure import snapshots_figure
+from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.explore.map_growth import (
+    PATH_SHARES,
+    MapGrowth,
+    growth_figure,
+    map_growth,
+    snapshots_figure,
+)
 from palpate.mapping import SurfaceMap
 from palpate.mapping.mesh_metrics import MeshMetrics, triangle_areas, voxel_for
 from palpate.mapping.surface_map.mesh import surface_mesh
@@ -54,7 +58,7 @@ def test_each_object_is_named_with_sizes_inside_their_bands_in_a_table_of_80_col
     name, title, shape, sizes, note
 ):
     found = exploration(name)
-    report = exploration_report(found)
+    report = Explore().report(found)
     assert title in report.title
     console = Console(width=80, record=True, file=io.StringIO())
     console.print(quantity_table(report.metrics, report.title, report.outcome))
@@ -70,7 +74,7 @@ def test_each_object_is_named_with_sizes_inside_their_bands_in_a_table_of_80_col
 
 
 def test_without_a_map_its_figures_and_sections_are_left_out():
-    report = exploration_report(replace(exploration("sphere"), map=None))
+    report = Explore().report(replace(exploration("sphere"), map=None))
     assert not {"shape", "map to true surface, RMS"} & set(metrics(report))
     assert not {"The map", GREW, "Which shape it is"} & {each.heading for each in report.sections}
 
@@ -93,7 +97,7 @@ CUTS = {
 @pytest.mark.parametrize("cut", CUTS)
 def test_whatever_is_missing_the_rest_is_reported(cut):
     change, least = CUTS[cut]
-    html = report_page(exploration_report(change(exploration("sphere"))))
+    html = report_page(Explore().report(change(exploration("sphere"))))
     checker = parsed(html)
     assert checker.tags.count("figure") == checker.tags.count("figcaption") >= least
     assert "nan" not in " ".join(checker.text).lower().split()
@@ -101,7 +105,7 @@ def test_whatever_is_missing_the_rest_is_reported(cut):
 
 
 def test_a_report_of_a_real_run_claims_no_truth():
-    report = exploration_report(untrue(exploration("sphere")))
+    report = Explore().report(untrue(exploration("sphere")))
     assert "true" not in pictures(report, "The surface")["Touched surface"].caption
     assert not pictures(report, "Errors of single points")
     assert section(report, "Over time").parts
@@ -120,7 +124,7 @@ def growth(noisy) -> MapGrowth:
 
 def test_more_and_more_is_known(growth, noisy):
     """Area never shrinks, path length, time and contacts neither, and the end is the map that was made."""
-    curve = growth.curve
+    curve = growth
     assert (np.diff([curve.time, curve.contacts, curve.path_length]) >= 0.0).all()
     assert (np.diff(curve.area) >= -0.02 * curve.area[-1]).all(), "but for ragged edges"
     whole = MeshMetrics.of(noisy.map.mesh)
@@ -133,14 +137,14 @@ def test_more_and_more_is_known(growth, noisy):
 
 
 def test_snapshots_show_shares_of_the_path(growth):
-    curve = growth.curve
-    assert curve.path_length / curve.path_length[-1] == pytest.approx(SHARES, abs=0.01)
+    curve = growth
+    assert curve.path_length / curve.path_length[-1] == pytest.approx(PATH_SHARES, abs=0.01)
     for moment, each in enumerate(growth.snapshots):
         done = float(np.linalg.norm(np.diff(each.done[:, :2], axis=0), axis=1).sum())
         assert done <= curve.path_length[moment] + 1e-3
         assert len(each.mesh.triangles) == 0 or curve.area[moment] > 0.0
     assert not len(growth.snapshots[-1].to_go), "nothing is left at the end"
-    middle = growth.snapshots[SHARES.index(0.3)]
+    middle = growth.snapshots[PATH_SHARES.index(0.3)]
     assert middle.to_go[0] == pytest.approx(middle.done[-1]), "it goes on from where the tip is"
 
 
@@ -152,7 +156,7 @@ def test_marks_come_when_they_were_made(noisy):
         PlanChange(middle, ShownPlan("", (), (0.0, 0.0, 1.0), (mark,))),
     )
     grown = map_growth(noisy.cloud, noisy.record, noisy.map.surface, plans)
-    for time, each in zip(grown.curve.time, grown.snapshots, strict=True):
+    for time, each in zip(grown.time, grown.snapshots, strict=True):
         assert tuple(each.marks) == ((mark,) if time >= middle - begin else ())
 
 
@@ -162,7 +166,7 @@ def test_steps_share_scale_and_frame_and_name_what_they_show(growth):
     picture = snapshots_figure(replace(growth, snapshots=(*growth.snapshots[:-1], last)))
     (space,) = drawn_panels(picture)
     (steps,) = space.marks
-    assert len(steps.marks) == len(picture.steps) == len(SHARES)
+    assert len(steps.marks) == len(picture.steps) == len(PATH_SHARES)
     colours = [c for marks in steps.marks for mark in marks for c in getattr(mark, "colourings", ())]
     assert {(each.low, each.high) for each in colours} == {(0.0, 1e6 * growth.largest_sd)}
     named = {mark.name for marks in steps.marks for mark in marks}
@@ -174,21 +178,21 @@ def test_steps_share_scale_and_frame_and_name_what_they_show(growth):
 
 
 def test_the_section_of_growth_has_curves_over_path_length_time_and_contacts(growth, noisy):
-    assert set(pictures(exploration_report(noisy), GREW)) == {"Growth of the map", "The map while it grew"}
+    assert set(pictures(Explore().report(noisy), GREW)) == {"Growth of the map", "The map while it grew"}
     panels = drawn_panels(growth_figure(growth))
     assert [panel.x.label for panel in panels[:3]] == ["path length [mm]", "time [s]", "contacts"]
-    assert all(np.array_equal(panel.marks[0].y, 1e4 * growth.curve.area) for panel in panels[:3])
+    assert all(np.array_equal(panel.marks[0].y, 1e4 * growth.area) for panel in panels[:3])
     assert len({(mark.colour, mark.dash) for mark in panels[3].marks}) == len(panels[3].marks), "a line each"
 
 
 def test_where_nothing_counts_as_observed_no_curve_is_drawn(growth, noisy):
     untouched = noisy.cloud.select(np.zeros(len(noisy.cloud), bool))
     assert map_growth(untouched, noisy.record, noisy.map.surface, ()) is None
-    nothing = replace(growth.curve, area=0.0 * growth.curve.area)
     empty = tuple(replace(each, mesh=surface_mesh(SurfaceMap())) for each in growth.snapshots)
+    nothing = replace(growth, area=0.0 * growth.area, snapshots=empty)
     other = replace(noisy)
-    vars(other)["growth"] = MapGrowth(nothing, empty)  # in the place of what it would compute
-    ((title, picture),) = pictures(exploration_report(other), GREW).items()
+    vars(other)["growth"] = nothing  # in the place of what it would compute
+    ((title, picture),) = pictures(Explore().report(other), GREW).items()
     assert title == "The map while it grew"
     assert "nothing of the surface counts as observed" in picture.caption
     assert "nan" not in picture.caption + " ".join(picture.steps)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from mapping.raster import sphere_cap
 from palpate.commands.replay.report import difference_figure, felt_figure, velocity_figure
-from palpate.experiments.explore.report import LEAST_SPIN, spin_figure
+from palpate.experiments.explore.report import MIN_SPIN_SPAN, spin_figure
 from palpate.experiments.friction.recognised import LONGEST_NAME, MOST_FIGURES, confusion_figure
 from palpate.friction.materials.trials import UNKNOWN, Confusion
 from palpate.reporting.data import TimeSeries
@@ -58,7 +58,7 @@ def test_the_scale_of_spin_torque_holds_its_values_and_a_minimum_range(exponent)
     peak = 10.0**exponent  # N m
     series = dataclasses.replace(SERIES, spin_torque=peak * np.sin(60.0 * TIME), true_spin_torque=None)
     low, high = plots(spin_figure(series, CAP))[0]["layout"]["yaxis"].get("range", (-np.inf, np.inf))
-    assert high - low >= 2.0 * LEAST_SPIN
+    assert high - low >= 2.0 * MIN_SPIN_SPAN
     assert low <= -0.99e3 * peak < 0.99e3 * peak <= high
 
 

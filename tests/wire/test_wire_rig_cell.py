@@ -13,8 +13,6 @@ import psutil
 import pytest
 
 from palpate.cli import main
-from palpate.commands.devices.config import DoctorConfig
-from palpate.commands.devices.doctor import run_doctor
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.kit.recording import write_result
@@ -137,7 +135,7 @@ def test_an_exploration_runs_on_it_as_on_a_simulated_robot(cell, tmp_path):
     assert not found.truth.known
     report = Explore().report(found)
     metrics = {metric.name: metric.text for metric in report.all_metrics}
-    assert metrics["true normal force"] == metrics["points to true surface"] == NOT_KNOWN
+    assert metrics["true normal force, RMS error"] == metrics["points to true surface, RMS"] == NOT_KNOWN
     assert write_result(Explore(), found, report, tmp_path / "out").files[0].stat().st_size > 10_000
     assert planned_again(planned).parameters == planned.parameters
 
@@ -182,7 +180,7 @@ def test_the_doctor_names_what_is_not_there_and_looks_at_the_rest(cell, capsys, 
     emulator, path = cell
     address = emulator.addresses[box_of(emulator)]
     emulator.control.fault(box_of(emulator), "silent")
-    assert run_doctor(DoctorConfig(path, duration=0.3)).exit_code == 1
+    assert main(["doctor", path, "--duration", "0.3"]) == 1
     message = " ".join(capsys.readouterr().out.split())
     assert "Fix: F/T sensor" in message
     assert "PolyScope" in message

@@ -135,11 +135,11 @@ def test_a_hand_whose_truth_nobody_knows_has_the_same_report_without_it(tmp_path
     metrics = {metric.name: metric.value for metric in report.all_metrics}
     assert metrics["dropped"] == "no"
     assert math.isfinite(metrics["largest grip"])
-    assert not {"slip", "spin", "grip over the least", "tightest"} & set(metrics)
+    assert not [name for name in metrics if any(word in name for word in ("slip", "spin", "least"))]
     account = [getattr(part, "text") for part in report.sections[0].parts]  # noqa: B009
     message = " ".join((report.outcome, *account, *(" ".join(row) for row in report.settings)))
     assert "simulat" not in message
-    assert "The object was held, as fingers feel it." in message
+    assert "The object was held, as the fingers feel it." in message
     files = write_result(GRASP, grasp, report, tmp_path / "out").files
     assert "slip" not in files[1].read_text().splitlines()[0]
     assert "simulation" not in files[0].read_text()

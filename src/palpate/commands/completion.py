@@ -29,7 +29,7 @@ class CompletionConfig:
     For fish, once:
     palpate completion fish > ~/.config/fish/completions/palpate.fish
 
-    Print it anew after an update of palpate.
+    Print the script again after an update of palpate.
 
     Example: palpate completion bash > palpate-completion.bash
     """
@@ -42,8 +42,8 @@ def completion_script(commands: Any, shell: ShellName) -> str:
     """Return the script for a shell.
 
     Args:
-        commands: The command line, as the type that tyro reads.
-        shell: Whose script it is.
+        commands: Command line as the type that tyro reads.
+        shell: Shell that runs the script.
     """
     script = io.StringIO()
     with redirect_stdout(script), suppress(SystemExit):  # tyro prints and leaves

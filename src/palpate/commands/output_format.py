@@ -155,7 +155,7 @@ def _result_of(run: Run) -> CommandResult:
         )
     except KeyboardInterrupt as error:
         start_up.conclude()
-        # a run's message says that the robot was stopped, a sweep's what it keeps; without one nothing has moved
+        # the messages of runs and sweeps name the state and the kept files; without a message nothing has moved
         message = _line(error) or f"{start_up.interrupted_by()}; nothing was finished, and nothing is kept"
         return CommandResult(exit_code(), error=message)
     result = found if isinstance(found, CommandResult) else CommandResult(int(found))
@@ -163,7 +163,18 @@ def _result_of(run: Run) -> CommandResult:
 
 
 def _reported(result: CommandResult) -> int:
-    """Print the error of a result, if there is one, and return its exit code."""
+    """Print the lines, the tables and the error of a result, and return its exit code."""
+    if result.shown:
+        from rich.console import Console  # only now: --help needs none
+
+        from palpate.runtime.progress import say
+
+        console = Console()
+        for each in result.shown:
+            if isinstance(each, str):
+                say(console, each)
+            else:
+                console.print(each)
     if result.error:
         sys.stderr.write(f"palpate: {inert(result.error)}\n")
     return int(result.exit_code)

@@ -1,8 +1,8 @@
 """Signals from the first import to the last line, and terminals that are closed.
 
-While palpate starts nothing moves yet and no file is open, so it ends at once, in one line. (Python would show
-where among the imports it was, a screen full of it, or, inside an extension module that catches what it does not
-expect, go on.) From then on a signal is a KeyboardInterrupt, until the last line is out.
+While palpate starts, nothing moves and no file is open: a signal ends the process at once, with one line. Python
+itself would print a long traceback, or continue if an extension module catches the exception. After the start, a
+signal raises a KeyboardInterrupt, until the last line is printed.
 """
 
 import errno
@@ -18,22 +18,22 @@ from typing import Any
 
 from palpate.interruption import SIGNALS, exit_code, note, requested
 
-SAME_HANG_UP = 1.0
-"""[s] within which a second signal belongs to the first: kernel and shell both say that a terminal was closed."""
+_SAME_HANG_UP_TIME = 1.0
+"""Time within which a second signal belongs to the first [s]: kernel and shell both report a closed terminal."""
 
 _first_at = 0.0
 
 
 class _CommandKeyboardInterrupt(KeyboardInterrupt):
-    """Of a command, whose exit code is its own.
+    """A KeyboardInterrupt of a command, whose exit code the command chooses.
 
-    CPython notes a plain KeyboardInterrupt that leaves code given as text (dataclasses are made so while modules
-    are imported), and at its very end, whoever caught it, kills itself by SIGINT (bpo-1054041).
+    CPython remembers a plain KeyboardInterrupt that leaves code compiled from text, as that of dataclasses. At its
+    end CPython then kills itself by SIGINT, even if the exception was caught (bpo-1054041).
     """
 
 
 def begin() -> None:
-    """End the process at a signal from here on, and outlive the terminal; where others listen, nothing changes."""
+    """Let signals end the process from now on, and survive a closed terminal; foreign handlers stay."""
     if threading.current_thread() is threading.main_thread():
         for number in SIGNALS:
             if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
@@ -47,17 +47,17 @@ def begin() -> None:
 
 
 def over() -> None:
-    """From here on a signal is a KeyboardInterrupt: somebody knows what is to be stopped and kept."""
+    """Let signals raise a KeyboardInterrupt from now on: the command can stop the robot and keep results."""
     _hand_over(_end, _interrupt)
 
 
 def conclude() -> None:
-    """Note signals, and go on: only a line, or a document, is still to be written."""
+    """Record signals from now on without an effect: only a line, or a document, remains to be written."""
     _hand_over(_interrupt, _note)
 
 
 def leave() -> None:
-    """From here on a signal ends the process at once: nothing is left to do but to end it."""
+    """Let signals end the process at once from now on: no work remains."""
     for handler in (_end, _interrupt, _note):
         _hand_over(handler, _leave)
 
@@ -69,7 +69,7 @@ def _hand_over(former: Any, handler: Any) -> None:
 
 
 def _end(number: int, frame: FrameType | None) -> None:
-    with suppress(OSError):  # nobody may be there to read it
+    with suppress(OSError):  # the terminal may be closed
         os.write(2, f"palpate: {interrupted_by(number)}; nothing had begun, and nothing was written\n".encode())
     os._exit(exit_code(number))
 
@@ -79,7 +79,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     now = time.monotonic()
     if note(number):
         _first_at = now
-    elif number != signal.SIGINT and now - _first_at < SAME_HANG_UP:
+    elif number != signal.SIGINT and now - _first_at < _SAME_HANG_UP_TIME:
         return
     raise _CommandKeyboardInterrupt
 
@@ -94,13 +94,13 @@ def _leave(number: int, frame: FrameType | None) -> None:
 
 
 def interrupted_by(number: int | None = None) -> str:
-    """Return what happened, by default at the first signal: Ctrl-C needs no name."""
+    """Return the words for an interruption, by default by the first signal: Ctrl-C needs no name."""
     found = number or requested() or signal.SIGINT
     return "interrupted" if found == signal.SIGINT else f"interrupted by {signal.Signals(found).name}"
 
 
 class _Terminal(io.FileIO):
-    """A terminal to write to; once it is closed, output goes nowhere, and that is as if SIGHUP had come."""
+    """A terminal for output; once the terminal is closed, output is discarded, and SIGHUP is raised."""
 
     def write(self, data: Any, /) -> int:
         try:

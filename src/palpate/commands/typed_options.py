@@ -44,8 +44,8 @@ class SharedOption:
 
     Attributes:
         name: Name of its field; typed with hyphens.
-        about: Its help.
-        kind: Type of its values.
+        about: Help text.
+        kind: Type of the values.
         default: Value where it is not typed.
     """
 
@@ -205,7 +205,7 @@ def _refusal(named: Any, arguments: Sequence[str], event: Any) -> str:
         case _errors.InstantiationFailure(argument=None):
             return str(event.message)
         case _errors.InstantiationFailure():
-            return _wrong_value(kind, event.argument, arguments)
+            return _wrong_value(kind, event, arguments)
         case _errors.InvalidChoice():
             near = nearest(event.value, event.choices)
             meant = f"; did you mean {near}?" if near else ""
@@ -230,21 +230,23 @@ def _refusal(named: Any, arguments: Sequence[str], event: Any) -> str:
             return f"{' '.join(arguments)}: not understood; {see_help}"
 
 
-def _wrong_value(kind: type, argument: Any, arguments: Sequence[str]) -> str:
+def _wrong_value(kind: type, event: Any, arguments: Sequence[str]) -> str:
     """Return the refusal of words that have not the type of their option."""
-    name, flag = argument.field.intern_name, argument.lowered.name_or_flags[-1]
-    words = list(arguments) if argument.is_positional() else _typed_words(flag, arguments)
+    argument = event.argument
+    name, metavar = argument.field.intern_name, argument.lowered.metavar
+    if argument.is_positional():
+        words = re.findall("'([^']*)'", event.message)[-1:]
+    else:
+        words = _typed_words(argument.lowered.name_or_flags[-1], arguments)
     types = _leaves(get_type_hints(kind)[name])
-    if not types <= {int, float, type(None)}:
-        return f"{name} = {' '.join(words)}: must be {argument.lowered.metavar}"
-    wanted, convert = ("a number", float) if float in types else ("a whole number", int)
-    for word in words:
-        try:
-            convert(word)
-        except ValueError:
-            if not (argument.is_positional() and word.startswith("--")):
+    if types <= {int, float, type(None)}:
+        wanted, convert = ("a number", float) if float in types else ("a whole number", int)
+        for word in words:
+            try:
+                convert(word)
+            except ValueError:
                 return f"{name} = {word}: must be {wanted}{_unit_hint(kind, name, word)}"
-    return f"{name} = {' '.join(words)}: must be {argument.lowered.metavar}"
+    return f"{name} = {' '.join(words)}: must be {metavar}"
 
 
 def _unit_hint(kind: type, name: str, word: str) -> str:

@@ -1,4 +1,4 @@
-"""Options and their values as people type them: `speed=0.01,0.02`, `force=1:5:5`, `tip=[0.008]`."""
+"""Options and their values as they are typed: `speed=0.01,0.02`, `force=1:5:5`, `tip=[0.008]`."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -13,10 +13,10 @@ from palpate.strict_types import item_type, known_keys
 from palpate.strict_yaml import read_yaml
 
 VARY_FORM = "NAME=VALUE,VALUE or NAME=FIRST:LAST:COUNT, as speed=0.01,0.02"
-"""What stands behind --vary."""
+"""Form of a word behind --vary."""
 
-MOST_VALUES = 10_000
-"""Of one option: more is a range with a wrong count."""
+_MAX_VALUES = 10_000
+"""Largest number of values of one option: more means a range with a wrong count."""
 
 _NUMBER = r"\s*([-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?)\s*"
 _RANGE = re.compile(f"{_NUMBER}:{_NUMBER}:{_NUMBER}")
@@ -27,8 +27,8 @@ class Varied:
     """An option that is varied.
 
     Attributes:
-        name: Of the option.
-        values: That it takes, of its type, each once, in the order in which they were typed.
+        name: Name of the option.
+        values: Its values, of its type, each once, in the order in which they were typed.
     """
 
     name: str
@@ -39,12 +39,12 @@ def varied_options(words: Sequence[str], kind: type, own: Mapping[str, str]) -> 
     """Return the options to vary.
 
     Args:
-        words: As typed behind --vary.
-        kind: The experiment's `Config`.
-        own: Names that cannot be varied so, and what to type instead.
+        words: Words typed behind --vary.
+        kind: Class of the experiment's configuration.
+        own: Remedies for names that cannot be varied, by name.
 
     Raises:
-        InvalidValueError: A name is not known or stands twice, or a value is none of its option.
+        InvalidValueError: If a name is unknown or stands twice, or a value does not fit its option.
     """
     found: dict[str, Varied] = {}
     for word in words:
@@ -62,15 +62,15 @@ def varied_options(words: Sequence[str], kind: type, own: Mapping[str, str]) -> 
 
 
 def set_options(words: Sequence[str], kind: type, own: Mapping[str, str]) -> dict[str, object]:
-    """Return the options that are set, of their types, by name; together they may still be refused.
+    """Return the values of options by name, of their types; their combination is not checked.
 
     Args:
-        words: As typed behind --set.
-        kind: The experiment's `Config`.
-        own: Names that cannot be set so, and what to type instead.
+        words: Words typed behind --set.
+        kind: Class of the experiment's configuration.
+        own: Remedies for names that cannot be set, by name.
 
     Raises:
-        InvalidValueError: A name is not known or stands twice, or a value is none of its option.
+        InvalidValueError: If a name is unknown or stands twice, or a value does not fit its option.
     """
     fixed: dict[str, object] = {}
     for word in words:
@@ -85,7 +85,7 @@ def set_options(words: Sequence[str], kind: type, own: Mapping[str, str]) -> dic
 
 
 def shown_value(value: object, digits: int = 12) -> str:
-    """Return a value as people type it, numbers with so many digits."""
+    """Return a value as it is typed, numbers with at most `digits` digits."""
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -120,7 +120,7 @@ def _parted(option: str, word: str, form: str, kind: type, own: Mapping[str, str
 
 
 def _advice(name: str, names: Sequence[str]) -> str:
-    """Return what may have been meant by a name that is not known: speed_mm where there is a landing_speed."""
+    """Return advice on an unknown name: landing_speed for speed_mm."""
     stem = without_unit(name)
     akin = [stem] if stem in names else [each for each in names if stem in each.split("_")]
     near = nearest(name, names) or nearest(stem, names)
@@ -146,9 +146,9 @@ def _several(word: str, text: str) -> list[object]:
 def _evenly(word: str, first: str, last: str, count: str) -> list[object]:
     """Return values evenly from first to last, each the float nearest to the true number."""
     number = Fraction(count)
-    if number.denominator != 1 or not 2 <= number <= MOST_VALUES:
+    if number.denominator != 1 or not 2 <= number <= _MAX_VALUES:
         raise InvalidValueError(
-            f"--vary {word}: the third number is how many values there are, a whole one from 2 to {MOST_VALUES}"
+            f"--vary {word}: the third number is how many values there are, a whole one from 2 to {_MAX_VALUES}"
         )
     low, high, steps = Fraction(first), Fraction(last), int(number) - 1
     return [float(low + (high - low) * i / steps) for i in range(steps + 1)]

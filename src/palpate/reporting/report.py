@@ -16,6 +16,9 @@ from palpate.runtime.palette import CARD
 NOTHING = "Nothing has to be done."
 """Text of a report without advice."""
 
+_MAX_SUMMARY = 8
+"""Maximum number of metrics in the text of a result."""
+
 COLUMNS = ("name", "value", "unit", "note")
 """Columns of a table of metrics."""
 
@@ -75,16 +78,20 @@ class FigureFailure:
         return cls(title, "".join(traceback.format_exception_only(error)).strip(), place)
 
 
+FigureSource = Figure | Callable[[], Figure | None] | None
+"""A figure, a function that draws one, or None, which is left out."""
+
+
 @dataclass(frozen=True, slots=True)
 class Figures:
     """Figures side by side where there is room.
 
     Attributes:
-        draw: Function that returns or yields the figures when the report is written; None is left out. In the
-            place of a figure it may yield a function that draws one: if that fails, the others are still drawn.
+        draw: Function that returns or yields the figures when the report is written. An exception in it ends the
+            figures of this part; an exception in a function that it yields costs one figure alone.
     """
 
-    draw: Callable[[], Iterable[Figure | Callable[[], Figure | None] | None]]
+    draw: Callable[[], Iterable[FigureSource]]
 
     def drawn(self, heading: str) -> Iterator[Figure | FigureFailure]:
         """Yield each figure, or the failure in its place.
@@ -93,8 +100,8 @@ class Figures:
             heading: Heading of the section, which names a figure that fails before it has a title.
         """
         try:
-            for each in self.draw():
-                figure = _drawn(each, heading) if callable(each) else each
+            for source in self.draw():
+                figure = _drawn(source, heading) if callable(source) else source
                 if figure is not None:
                     yield figure
         except Exception as error:  # a figure never costs a finished run
@@ -105,7 +112,9 @@ def _drawn(draw: Callable[[], Figure | None], heading: str) -> Figure | FigureFa
     try:
         return draw()
     except Exception as error:
-        return FigureFailure.of(heading, error)
+        name = getattr(getattr(draw, "func", draw), "__name__", "")  # of a `partial`, or of the function itself
+        words = name.strip("_").replace("_", " ")
+        return FigureFailure.of(f"{heading}: {words}" if name.isidentifier() else heading, error)
 
 
 Part = Paragraph | QuantityTable | TextTable | Figures
@@ -186,6 +195,14 @@ def quantity_table(metrics: Iterable[Quantity], title: str = "", outcome: str = 
     for metric in metrics:
         table.add_row(Text(metric.name), Text(metric.text), Text(metric.unit), Text(metric.note))
     return table
+
+
+def report_summary(report: Report) -> str:
+    """Return title, outcome and main metrics of a report as a few lines of text."""
+    shown = (f"  {k.name}: {k.text} {k.unit}".rstrip() for k in report.metrics[:_MAX_SUMMARY])
+    more = len(report.metrics) - _MAX_SUMMARY
+    ending = [f"  and {more} more metrics"] if more > 0 else []
+    return "\n".join([report.title, report.outcome, *shown, *ending])
 
 
 def report_fragment(report: Report) -> str:

@@ -1,7 +1,7 @@
-"""Checks for back ends, sensors, arms, hands, controllers, fingertips of one's own: `check_...(make)` in any test.
+"""Checks for your own back ends, sensors, arms, hands, controllers and fingertips: `check_...(make)` in any test.
 
-Each examines one piece against the protocol by which palpate uses it, and raises one `ConformanceError` that lists
-what was seen, what was expected, and what to mend. No test framework is needed.
+Each check examines one piece against the protocol by which palpate uses it. It raises one `ConformanceError` that
+lists observations, expectations and remedies. No test framework is needed.
 """
 
 from palpate.testing.arm import check_arm

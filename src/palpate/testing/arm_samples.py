@@ -1,4 +1,4 @@
-"""What states of an arm must be: in SI units, in the base frame, of the time at which they were sampled."""
+"""Checks of states of an arm: SI units, base frame, time stamps of the moment of sampling."""
 
 import math
 from collections.abc import Sequence
@@ -11,33 +11,33 @@ from palpate.runtime.data import ArmSample
 from palpate.runtime.standstill_check import REST_SPEED
 from palpate.spatial import Vector, norm
 from palpate.testing.nonconformity import Inspection
-from palpate.testing.wrenches import MOST_RESTAMPED, restamped_runs
+from palpate.testing.wrenches import MAX_RESTAMPED_SHARE, restamped_runs
 
-OLDEST = 0.1
-"""Age of a sample [s] from which on no supervisor is to be asked to believe it."""
+MAX_SAMPLE_AGE = 0.1
+"""Largest age of a sample [s] that a supervisor should accept."""
 
-LONGEST_REACH = 5.0
-"""[m] from the base to the tip: no arm is so long (Fanuc M-2000iA/1700L: 4.7 m), so it is another unit."""
+MAX_REACH = 5.0
+"""Largest distance from base to tip [m]: no arm is longer (Fanuc M-2000iA/1700L: 4.7 m); more is another unit."""
 
-SAME_DIRECTION = 0.8
-"""Cosine of the angle between two motions that are to be the same, 37 degrees: against frames mixed up."""
+MIN_DIRECTION_COSINE = 0.8
+"""Smallest cosine of the angle between two motions that should be equal, 37 degrees: finds mixed-up frames."""
 
-SIMULATED, REAL = 2.0, 20.0
-"""Times that one of them may be longer: millimetres make 1000, degrees 57. In real time an emulator on a busy
-computer falls behind its own clock; ten times have been seen."""
+MAX_RATIO_SIMULATED, MAX_RATIO_REAL = 2.0, 20.0
+"""Largest ratio of the lengths of two motions that should be equal: millimetres make 1000, degrees 57. In real
+time an emulator on a busy computer falls behind its own clock; a ratio of ten has been observed."""
 
-SMALL = 5e-5
-"""[m] that positions may be off besides: repeatability of an arm (UR5e, data sheet: 0.03 mm)."""
+POSITION_TOLERANCE = 5e-5
+"""Error of positions that needs no further check [m]: repeatability of an arm (UR5e, data sheet: 0.03 mm)."""
 
-SMALL_TURN = 1e-4
-"""[rad] that rotations may be off besides."""
+ROTATION_TOLERANCE = 1e-4
+"""Error of rotations that needs no further check [rad]."""
 
-ROUNDING = 1e-6
-"""Of R'R - I: an arm's own numbers may be of single precision."""
+ORTHONORMALITY_TOLERANCE = 1e-6
+"""Largest entry of R'R - I: an arm's own numbers may have single precision."""
 
 
 def examine_arm(inspection: Inspection, samples: Sequence[ArmSample]) -> bool:
-    """Examine numbers, frames and stamps of states, one after the other; return whether their motion can be."""
+    """Examine numbers, frames and stamps of successive states; return whether their motion can be examined."""
     plain = all(
         _is_vector(vector)
         for arm in samples
@@ -52,7 +52,9 @@ def examine_arm(inspection: Inspection, samples: Sequence[ArmSample]) -> bool:
     ):
         return False
     R = np.array([arm.rotation_base_tip for arm in samples])
-    turned = R.shape[1:] == (3, 3) and np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max() <= ROUNDING
+    turned = (
+        R.shape[1:] == (3, 3) and np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max() <= ORTHONORMALITY_TOLERANCE
+    )
     inspection.require(
         turned and (np.linalg.det(R) > 0.0).all(),
         "rotation",
@@ -62,10 +64,10 @@ def examine_arm(inspection: Inspection, samples: Sequence[ArmSample]) -> bool:
     )
     far = max(norm(arm.position_base_tip) for arm in samples)
     inspection.require(
-        far <= LONGEST_REACH,
+        far <= MAX_REACH,
         "units of length",
         f"the tip is {far:.4g} m from the base",
-        f"less than {LONGEST_REACH:g} m",
+        f"less than {MAX_REACH:g} m",
         "give positions in metres, not in millimetres",
     )
     times_ = np.array([arm.time for arm in samples])
@@ -89,11 +91,11 @@ def _is_vector(value: object) -> bool:
 
 
 def _examine_repeats(inspection: Inspection, samples: Sequence[ArmSample]) -> None:
-    """A state that comes again while the arm moves was sampled once: its stamp must come again, too."""
+    """A state that is repeated while the arm moves was sampled once: its stamp must be repeated, too."""
     moving = [(arm.time, arm.position_base_tip) for arm in samples if norm(arm.velocity_base_tip) > REST_SPEED]
     restamped = restamped_runs(moving)
     inspection.require(
-        restamped <= MOST_RESTAMPED * len(moving),
+        restamped <= MAX_RESTAMPED_SHARE * len(moving),
         "time stamps of the arm",
         f"{restamped} times in {len(moving)} states of the moving arm one is repeated with a later stamp",
         "the stamp of the moment at which a state was sampled, also when it is reported again",
@@ -102,9 +104,9 @@ def _examine_repeats(inspection: Inspection, samples: Sequence[ArmSample]) -> No
 
 
 def examine_motion(inspection: Inspection, samples: Sequence[ArmSample], velocity: Vector, factor: float) -> None:
-    """Examine the later half of the states of an arm that is moved with a steady velocity, base frame [m/s].
+    """Examine the later half of the states of an arm that moves with a steady velocity, base frame [m/s].
 
-    `factor` is `SIMULATED` or `REAL`.
+    `factor` is `MAX_RATIO_SIMULATED` or `MAX_RATIO_REAL`.
     """
     late = samples[len(samples) // 2 :]
     passed = late[-1].time - late[0].time
@@ -116,14 +118,14 @@ def examine_motion(inspection: Inspection, samples: Sequence[ArmSample], velocit
     reported = _integral([arm.time for arm in late], [arm.velocity_base_tip for arm in late])
     wanted = passed * np.array(velocity)
     inspection.require(
-        _same(moved, wanted, SMALL, factor),
+        _same(moved, wanted, POSITION_TOLERANCE, factor),
         "commanded velocity",
         f"commanded {_mm(wanted)} mm in {passed:.3g} s, the tip moved by {_mm(moved)} mm",
         "that motion",
         "velocities are in m/s, of the tip frame's origin, in base coordinates",
     )
     inspection.require(
-        _same(reported, moved, SMALL, factor),
+        _same(reported, moved, POSITION_TOLERANCE, factor),
         "reported velocity",
         f"reported velocities make {_mm(reported)} mm, positions changed by {_mm(moved)} mm",
         "the same",
@@ -132,7 +134,7 @@ def examine_motion(inspection: Inspection, samples: Sequence[ArmSample], velocit
 
 
 def examine_turn(inspection: Inspection, samples: Sequence[ArmSample], rate: Vector, factor: float) -> None:
-    """Likewise, of one that is turned with a steady angular velocity, base frame [rad/s]."""
+    """Examine the later half of the states of an arm that turns with a steady `rate`, base frame [rad/s]."""
     late = samples[len(samples) // 2 :]
     passed = late[-1].time - late[0].time
     turned = np.array(
@@ -141,14 +143,14 @@ def examine_turn(inspection: Inspection, samples: Sequence[ArmSample], rate: Vec
     reported = _integral([arm.time for arm in late], [arm.angular_velocity_base_tip for arm in late])
     wanted = passed * np.array(rate)
     inspection.require(
-        _same(turned, wanted, SMALL_TURN, factor),
+        _same(turned, wanted, ROTATION_TOLERANCE, factor),
         "commanded angular velocity",
         f"commanded {wanted.tolist()} rad, the tip turned by {turned.tolist()} rad",
         "that turn",
         "angular velocities are in rad/s, not in degrees, in base coordinates",
     )
     inspection.require(
-        _same(reported, turned, SMALL_TURN, factor),
+        _same(reported, turned, ROTATION_TOLERANCE, factor),
         "reported angular velocity",
         f"reported rates make {reported.tolist()} rad, the rotation changed by {turned.tolist()} rad",
         "the same",
@@ -157,11 +159,11 @@ def examine_turn(inspection: Inspection, samples: Sequence[ArmSample], rate: Vec
 
 
 def examine_rest(inspection: Inspection, samples: Sequence[ArmSample], when: str) -> None:
-    """Examine states of an arm that is to stand still: by its speed, and by its positions."""
+    """Examine speed and positions of an arm that should stand still."""
     speed = norm(samples[-1].velocity_base_tip)
     moved = math.dist(samples[-1].position_base_tip, samples[0].position_base_tip)
     inspection.require(
-        speed <= REST_SPEED and moved <= SMALL + REST_SPEED * (samples[-1].time - samples[0].time),
+        speed <= REST_SPEED and moved <= POSITION_TOLERANCE + REST_SPEED * (samples[-1].time - samples[0].time),
         f"rest {when}",
         f"the tip moves with {1e3 * speed:.3g} mm/s, and by {1e3 * moved:.3g} mm meanwhile",
         "a tip at rest",
@@ -174,9 +176,9 @@ def _integral(times_: Sequence[float], vectors: Sequence[Vector]) -> FloatArray:
 
 
 def _same(a: FloatArray, b: FloatArray, besides: float, factor: float) -> bool:
-    """Return whether two motions are the same up to a factor, or but for what they may be off besides."""
+    """Return whether two motions agree up to a factor, or differ by at most `besides`."""
     shorter, longer = sorted((float(np.linalg.norm(a)), float(np.linalg.norm(b))))
-    aligned = float(a @ b) >= SAME_DIRECTION * shorter * longer
+    aligned = float(a @ b) >= MIN_DIRECTION_COSINE * shorter * longer
     return float(np.linalg.norm(a - b)) <= besides or (aligned and longer <= factor * shorter)
 
 

@@ -1,4 +1,4 @@
-"""Whether a back end is what the loop takes it for."""
+"""Check of a back end."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,9 +10,9 @@ from palpate.runtime.pacing import SimulatedTime
 from palpate.runtime.protocols import Backend
 from palpate.spatial import ZERO, Vector, rotate_back
 from palpate.testing.arm_samples import (
-    OLDEST,
-    REAL,
-    SIMULATED,
+    MAX_RATIO_REAL,
+    MAX_RATIO_SIMULATED,
+    MAX_SAMPLE_AGE,
     examine_arm,
     examine_motion,
     examine_rest,
@@ -21,46 +21,47 @@ from palpate.testing.arm_samples import (
 from palpate.testing.nonconformity import Inspection
 from palpate.testing.wrenches import examine_gravity, examine_stamps, examine_wrenches
 
-UPWARDS: Vector = (0.0, 0.0, 0.005)
-"""[m/s]: half the speed of a careful approach, away from what lies below."""
+UPWARD_VELOCITY: Vector = (0.0, 0.0, 0.005)
+"""Velocity of the tip [m/s]: half the speed of a careful approach, away from anything below."""
 
-TURN: Vector = (0.0, 0.0, 0.05)
-"""[rad/s]: a tip 0.2 m beside the axis moves by 10 mm/s."""
+TURN_RATE: Vector = (0.0, 0.0, 0.05)
+"""Angular velocity [rad/s]: a tip 0.2 m beside the axis moves with 10 mm/s."""
 
-PART = 0.3
-"""Time of each part [s]: stand, move, turn, stand again; 1.5 mm at `UPWARDS`."""
+PART_DURATION = 0.3
+"""Duration of each part of the check [s]: stand, move, turn, stand again; 1.5 mm at `UPWARD_VELOCITY`."""
 
-LONGEST_PERIOD, SHORTEST_PERIOD = 0.1, 1e-5
-"""[s]: beyond, it is a number in another unit."""
+MAX_PERIOD, MIN_PERIOD = 0.1, 1e-5
+"""Limits of the control period [s]: beyond, it is a number in another unit."""
 
-ROUNDING = 1e-9
-"""[s] of sums of periods."""
+STAMP_TOLERANCE = 1e-9
+"""Largest rounding error of sums of periods [s]."""
 
-SHARE_OF_PERIOD = 0.5
-"""By which the median of periods may be off in real time: a busy computer delays single ones."""
+MAX_PERIOD_ERROR = 0.5
+"""Largest relative error of the median period in real time: a busy computer delays single periods."""
 
-NUMBERS_THAT_ARE_NONE: tuple[Any, ...] = ((math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0))
+BAD_VELOCITIES: tuple[Any, ...] = ((math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0))
 """Velocities that no back end may follow."""
 
 
 class _AbortedError(Exception):
-    """Leaves a `with` block as any mistake in a run does."""
+    """Leaves a `with` block as an error in a run does."""
 
 
-def check_backend(make: Callable[[], Backend], motion: Vector | None = UPWARDS) -> None:
+def check_backend(make: Callable[[], Backend], motion: Vector | None = UPWARD_VELOCITY) -> None:
     """Check a back end: time stamps, period, units and frames, motion, refusals, and rest however a run ends.
 
-    It is started twice, moved for `PART` with `motion`, and turned by 15 mrad if it can turn its tip. Nothing may
-    be in its path; keep your hand on the emergency stop. A simulation (its pacer is
-    `SimulatedTime`) is run once more, beside another one, and must repeat itself bit for bit.
+    The back end is started twice, moved for `PART_DURATION` with `motion`, and turned by 15 mrad if it can turn
+    its tip. Nothing may be in its path; keep your hand on the emergency stop. A simulation (its pacer is
+    `SimulatedTime`) runs once more, beside another one, and must repeat itself bit for bit.
 
     Args:
-        make: Returns a fresh back end. It is called again when the one before is closed; of simulations two are
-            open at a time.
-        motion: Velocity of the tip in which it is free, base frame [m/s]. None: it follows none, as a replay.
+        make: Function that returns a new back end. It is called again when the one before is closed; two
+            simulations are open at a time.
+        motion: Velocity of the tip in a free direction, base frame [m/s]. None: the back end follows no command,
+            as a replay.
 
     Raises:
-        ConformanceError: It breaks a rule.
+        ConformanceError: If the back end breaks a rule.
     """
     backend = make()
     with Inspection(type(backend).__name__) as inspection:
@@ -84,7 +85,7 @@ def check_backend(make: Callable[[], Backend], motion: Vector | None = UPWARDS) 
 
 
 def _run_and_abort(inspection: Inspection, backend: Backend, motion: Vector | None) -> list[Sample]:
-    """Stand, move, turn, be refused, move again; leave by an exception."""
+    """Stand, move, turn, command bad velocities, move again; leave by an exception."""
     samples: list[Sample] = []
     passed_on = False
     try:
@@ -92,13 +93,13 @@ def _run_and_abort(inspection: Inspection, backend: Backend, motion: Vector | No
             inspection.require(entered is backend, "with", "`with` gives something else", "itself", "return self")
             samples.append(backend.start())
             inspection.require(
-                SHORTEST_PERIOD <= backend.period <= LONGEST_PERIOD,
+                MIN_PERIOD <= backend.period <= MAX_PERIOD,
                 "period",
                 f"{backend.period:g} s",
-                f"between {SHORTEST_PERIOD:g} and {LONGEST_PERIOD:g} s",
+                f"between {MIN_PERIOD:g} and {MAX_PERIOD:g} s",
                 "give the period in seconds, not in milliseconds",
             )
-            count = max(20, round(PART / backend.period))
+            count = max(20, round(PART_DURATION / backend.period))
             backend.pacer.start()
             for part in (Command(), Command(motion or ZERO)):
                 samples += [backend.step(part) for _ in range(count)]
@@ -123,24 +124,24 @@ def _examine_following(
     inspection: Inspection, backend: Backend, samples: list[Sample], count: int, motion: Vector
 ) -> None:
     first, *others = samples
-    factor = SIMULATED if isinstance(backend.pacer, SimulatedTime) else REAL
+    factor = MAX_RATIO_SIMULATED if isinstance(backend.pacer, SimulatedTime) else MAX_RATIO_REAL
     if not examine_arm(inspection, [sample.arm for sample in samples]):
         return
     examine_rest(inspection, [sample.arm for sample in (first, *others[:count])], "after start")
     examine_motion(inspection, [sample.arm for sample in others[count:]], motion, factor)
-    for bad in NUMBERS_THAT_ARE_NONE:
+    for bad in BAD_VELOCITIES:
         inspection.refuses(f"the velocity {bad}", backend.step, Command(bad))
     _let_rest(backend, count)
     stopped = [backend.step(Command()).arm for _ in range(count)]
     examine_rest(inspection, stopped, "after a refused command and zero ones")
     try:
-        turned = [backend.step(Command(angular_velocity_base_tip=TURN)).arm for _ in range(count)]
-    except ValueError:  # it cannot turn, and refuses
+        turned = [backend.step(Command(angular_velocity_base_tip=TURN_RATE)).arm for _ in range(count)]
+    except ValueError:  # this back end cannot turn
         pass
     else:
-        examine_turn(inspection, turned, TURN, factor)
+        examine_turn(inspection, turned, TURN_RATE, factor)
     for _ in range(count // 4):
-        backend.step(Command(motion))  # what follows has to stop it
+        backend.step(Command(motion))  # the end of the run has to stop it
 
 
 def _let_rest(backend: Backend, count: int) -> None:
@@ -149,11 +150,11 @@ def _let_rest(backend: Backend, count: int) -> None:
 
 
 def _examine_after_close(inspection: Inspection, backend: Backend) -> None:
-    """Whatever still gives samples must give those of a robot that stands: stepped, or started again."""
+    """Samples after close, from a step or another start, must show a robot at rest."""
     after: list[ArmSample] = []
     try:
         after = [backend.step(Command()).arm for _ in range(5)]
-    except Exception:  # it is closed, and no more can be asked of it
+    except Exception:  # a closed back end may refuse
         try:
             after = [backend.start().arm]
         except Exception:
@@ -176,7 +177,7 @@ def _examine_samples(inspection: Inspection, samples: Sequence[Sample], period: 
     )
     off = max(abs(gap - period) for gap in gaps) if simulated else abs(gaps[len(gaps) // 2] - period)
     inspection.require(
-        off <= (1e-6 if simulated else SHARE_OF_PERIOD) * period,
+        off <= (1e-6 if simulated else MAX_PERIOD_ERROR) * period,
         "period kept",
         f"samples are {gaps[len(gaps) // 2]:.4g} s apart, up to {gaps[-1]:.4g} s; period = {period:.4g} s",
         "one period from sample to sample",
@@ -205,17 +206,17 @@ def _examine_samples(inspection: Inspection, samples: Sequence[Sample], period: 
     for name, each in stamps.items():
         ages = [time - stamp for time, stamp in zip(times, each, strict=True)]
         inspection.require(
-            min(ages) >= -ROUNDING,
+            min(ages) >= -STAMP_TOLERANCE,
             f"stamps in the future ({name})",
             f"sampled {-1e3 * min(ages):.3g} ms after the sample's own time",
             "stamps at or before sample.time, on the same clock",
             "read the devices first and take sample.time afterwards; no forecast, no other clock",
         )
         inspection.require(
-            max(ages) <= OLDEST,
+            max(ages) <= MAX_SAMPLE_AGE,
             f"age ({name})",
             f"{1e3 * max(ages):.4g} ms old",
-            f"at most {1e3 * OLDEST:g} ms, on the clock of sample.time",
+            f"at most {1e3 * MAX_SAMPLE_AGE:g} ms, on the clock of sample.time",
             "raise an OSError for a state that is too old; stamps and sample.time need one clock and seconds",
         )
         real = not simulated and any(abs(gap - period) > 1e-9 for gap in gaps)
@@ -231,7 +232,7 @@ def _examine_samples(inspection: Inspection, samples: Sequence[Sample], period: 
 def _examine_repetition(
     inspection: Inspection, make: Callable[[], Backend], seen: Sequence[Sample], motion: Vector | None
 ) -> None:
-    """The same commands, beside another one that moves otherwise: the same samples, bit for bit."""
+    """Equal commands must give equal samples, bit for bit, while another instance moves differently."""
     kept = [repr(sample) for sample in seen]
     count = len(seen) // 2
     with make() as backend, make() as other:

@@ -1,4 +1,4 @@
-"""Whether a controller is a pure step function with memory."""
+"""Check that a controller is a pure step function with memory."""
 
 import builtins
 import enum
@@ -29,8 +29,8 @@ from palpate.surfaces.shapes import Sphere
 from palpate.testing.nonconformity import Inspection
 from palpate.testing.spring_plane import RADIUS, SpringPlane
 
-MOST_OBJECTS = 5000
-"""Looked at per instance: controllers have hundreds."""
+MAX_OBJECTS = 5000
+"""Largest number of objects examined per instance: controllers have hundreds."""
 
 _OPAQUE = (
     *(str, bytes, int, float, complex, bool, type(None), type, enum.Enum),
@@ -40,11 +40,11 @@ _MUTABLE = (list, dict, set, bytearray, deque, np.ndarray)
 
 
 def mutable_parts(instance: object) -> dict[str, object]:
-    """Return containers that can be changed, reachable from an instance or its class, by where they are."""
+    """Return the mutable containers reachable from an instance or its class, by their path."""
     parts: dict[str, object] = {}
     seen: set[int] = set()
     left: deque[tuple[str, object]] = deque([("", instance)])
-    while left and len(seen) < MOST_OBJECTS:
+    while left and len(seen) < MAX_OBJECTS:
         path, value = left.popleft()
         if id(value) in seen or isinstance(value, _OPAQUE):
             continue
@@ -56,7 +56,7 @@ def mutable_parts(instance: object) -> dict[str, object]:
 
 
 def _inside(value: Any) -> Iterator[tuple[str, object]]:
-    """Yield what a value holds: items of containers, attributes of all else, of its own class's, too."""
+    """Yield the parts of a value: items of containers; attributes of other values and of their class."""
     if isinstance(value, np.ndarray):
         return
     if isinstance(value, dict):
@@ -75,30 +75,30 @@ def _inside(value: Any) -> Iterator[tuple[str, object]]:
 
 
 def fingerprint(part: object) -> str:
-    """Return what shows whether a container has changed."""
+    """Return a text that differs if a container has changed."""
     return part.tobytes().hex() if isinstance(part, np.ndarray) else repr(part)
 
 
-CLOCKS = ("time", "monotonic", "perf_counter", "process_time", "time_ns", "monotonic_ns", "perf_counter_ns")
-FORBIDDEN: tuple[tuple[ModuleType, str], ...] = (
-    *((time, name) for name in CLOCKS),
+CLOCK_NAMES = ("time", "monotonic", "perf_counter", "process_time", "time_ns", "monotonic_ns", "perf_counter_ns")
+FORBIDDEN_CALLS: tuple[tuple[ModuleType, str], ...] = (
+    *((time, name) for name in CLOCK_NAMES),
     (time, "sleep"),
     *((builtins, name) for name in ("print", "open", "input")),
 )
-"""Where each of them is, and its name."""
+"""Module and name of each function that a controller must not call."""
 
-AHEAD = 1e6
-"""[s] by which clocks are ahead meanwhile, so that whoever looks at one computes something else."""
+CLOCK_OFFSET = 1e6
+"""Offset of clocks during the check [s], so that a controller that reads one computes other commands."""
 
 
 @contextmanager
 def watched(calls: dict[str, str]) -> Iterator[None]:
-    """Note which file and line calls what is forbidden, by what was called; clocks are wrong meanwhile.
+    """Record the file and line of each forbidden call, by the name of the function; clocks are wrong meanwhile.
 
-    Modules that have imported a function under whatever name are changed, too. Those of the standard library, and
-    other threads, go on as they are.
+    Functions imported under other names are replaced, too. Modules of the standard library and other threads are
+    not affected.
     """
-    stand_ins = {id(getattr(owner, name)): _noting(owner, name, calls) for owner, name in FORBIDDEN}
+    stand_ins = {id(getattr(owner, name)): _noting(owner, name, calls) for owner, name in FORBIDDEN_CALLS}
     places = [
         (module, name, value)
         for key, module in list(sys.modules.items())
@@ -106,7 +106,7 @@ def watched(calls: dict[str, str]) -> Iterator[None]:
         for name, value in list(getattr(module, "__dict__", {}).items())
         if id(value) in stand_ins
     ]
-    callbacks, gc.callbacks[:] = gc.callbacks[:], []  # a collection meanwhile is nobody's call
+    callbacks, gc.callbacks[:] = gc.callbacks[:], []  # garbage collection calls no code of the controller
     for module, name, real in places:
         setattr(module, name, stand_ins[id(real)])
     try:
@@ -123,7 +123,7 @@ def _standard(name: str) -> bool:
 
 def _noting(owner: ModuleType, name: str, calls: dict[str, str]) -> Callable[..., Any]:
     real, here = getattr(owner, name), threading.get_ident()
-    ahead = AHEAD * (1e9 if name.endswith("_ns") else 1.0) if name in CLOCKS else 0.0
+    ahead = CLOCK_OFFSET * (1e9 if name.endswith("_ns") else 1.0) if name in CLOCK_NAMES else 0.0
 
     def stand_in(*given: Any, **named: Any) -> Any:
         caller = sys._getframe(1)
@@ -136,33 +136,33 @@ def _noting(owner: ModuleType, name: str, calls: dict[str, str]) -> Callable[...
     return stand_in
 
 
-FASTEST, FASTEST_TURN = 2.0, 2.0 * math.pi
-"""[m/s, rad/s]: twice what the tool and the joints of a UR5e are made for (data sheet: 1 m/s, 180 deg/s)."""
+MAX_SPEED, MAX_TURN_RATE = 2.0, 2.0 * math.pi
+"""Largest speeds [m/s, rad/s]: twice those of tool and joints of a UR5e (data sheet: 1 m/s, 180 deg/s)."""
 
-PERIODS = 3000
-"""Of a run: at 1 kHz enough to land, press, and slide."""
+MAX_PERIODS = 3000
+"""Longest run [periods]: at 1 kHz enough to land, press, and slide."""
 
 
 def on_plane() -> tuple[Backend, Touch]:
-    """Return a ball over a plane that yields like a spring, and the fingertip that it is."""
+    """Return a ball over a plane that yields like a spring, and the touch of this ball."""
     return SpringPlane(), Touch(Finger(Sphere(RADIUS)))
 
 
 def check_controller(
     make: Callable[[], Controller],
     world: Callable[[], tuple[Backend, Touch]] = on_plane,
-    periods: int = PERIODS,
+    periods: int = MAX_PERIODS,
 ) -> None:
-    """Check a controller: it is run once, then fed the recorded observations again, as a replay does.
+    """Check a controller: it runs once, then receives the recorded observations again, as in a replay.
 
     Args:
-        make: Returns a fresh controller.
-        world: Returns a simulated back end and the touch that belongs to it, in which the controller finds what it
-            is made for; by default `on_plane`.
-        periods: Longest run.
+        make: Function that returns a new controller.
+        world: Function that returns a simulated back end and its touch, in which the controller can do its task;
+            by default `on_plane`.
+        periods: Longest run [periods].
 
     Raises:
-        ConformanceError: It breaks a rule.
+        ConformanceError: If the controller breaks a rule.
     """
     controller = make()
     with Inspection(type(controller).__name__) as inspection:
@@ -214,7 +214,7 @@ def _run(
 
 
 def _examine_command(inspection: Inspection, command: Command, now: Observation) -> bool:
-    """Examine types, numbers and units; return whether it can be carried out."""
+    """Examine types, numbers and units of a command; return whether it can be carried out."""
     kind = isinstance(command, Command) and isinstance(getattr(command, "phase", None), Phase)
     if not inspection.require(
         kind,
@@ -238,10 +238,10 @@ def _examine_command(inspection: Inspection, command: Command, now: Observation)
         return False
     speed, rate = norm(command.velocity_base_tip), norm(command.angular_velocity_base_tip)
     return inspection.require(
-        speed <= FASTEST and rate <= FASTEST_TURN,
+        speed <= MAX_SPEED and rate <= MAX_TURN_RATE,
         "units",
         f"commanded {speed:.3g} m/s and {rate:.3g} rad/s at t = {now.time:.3f} s",
-        f"at most {FASTEST:g} m/s and {FASTEST_TURN:.2f} rad/s",
+        f"at most {MAX_SPEED:g} m/s and {MAX_TURN_RATE:.2f} rad/s",
         "velocities are in m/s and rad/s, not in mm/s and degrees/s; gains are in m/s per newton",
     )
 
@@ -257,7 +257,7 @@ def _examine_replay(
     observations: Sequence[Observation],
     commands: list[str],
 ) -> None:
-    """The same observations, under a wrong clock: the same commands, and nothing else."""
+    """Equal observations must give equal commands under a wrong clock, and no other effect."""
     calls: dict[str, str] = {}
     controller = make()
     with watched(calls):
@@ -286,7 +286,7 @@ def _examine_neighbours(
     observations: Sequence[Observation],
     commands: list[str],
 ) -> None:
-    """Two at once, one half a run behind: none notices the other, and they share nothing that changes."""
+    """Two instances, one half a run behind the other, must not affect one another or share mutable state."""
     one, other = make(), make()
     if not inspection.require(
         one is not other,
@@ -324,7 +324,7 @@ def _examine_neighbours(
 def _examine_broken_sensor(
     inspection: Inspection, make: Callable[[], Controller], observations: Sequence[Observation]
 ) -> None:
-    """In the middle of a run a finger gives no numbers any more: no NaN is commanded."""
+    """A finger that gives no numbers from the middle of a run on must not lead to a NaN command."""
     middle = (
         max((k for k, now in enumerate(observations) if now.fingers and now.fingers[0].touching), default=0) // 2
     )

@@ -1,4 +1,4 @@
-"""What every device on a wire must do: refuse before its start, stamp by this computer's monotonic clock."""
+"""Checks of every device on a wire: refusal before its start, time stamps by this computer's monotonic clock."""
 
 import threading
 from collections.abc import Callable
@@ -7,25 +7,25 @@ from time import monotonic, sleep
 from typing import Any, Protocol, TypeVar
 
 from palpate.hw.devices import ArmDevice, Device, HandDevice, SensorDevice
-from palpate.testing.arm_samples import OLDEST
+from palpate.testing.arm_samples import MAX_SAMPLE_AGE
 from palpate.testing.nonconformity import Inspection
 
-PAIRS = 200
-"""Readings that are taken twice, one at once after the other."""
+PAIR_COUNT = 200
+"""Number of readings that are taken twice in immediate succession."""
 
-UNREAD = 0.3
-"""Time during which nobody reads [s]: whatever waits in a queue meanwhile is old."""
+UNREAD_TIME = 0.3
+"""Time without a reading [s], after which queued records are old."""
 
-TRIES, BETWEEN = 20, 2e-3
-"""Readings of which the youngest counts, and the time between two [s]: a busy computer delays single ones."""
+READ_COUNT, READ_INTERVAL = 20, 2e-3
+"""Number of readings of which the youngest counts, and the time between two [s]: a busy computer delays some."""
 
 
 class Stamped(Protocol):
-    """A reading with the time when it was sampled."""
+    """A reading with the time of its sampling."""
 
     @property
     def time(self) -> float:
-        """On `time.monotonic` [s]."""
+        """Time of sampling by `time.monotonic` [s]."""
         ...
 
 
@@ -43,12 +43,12 @@ def examine_device(
     """Examine a device from before its start until after its close.
 
     Args:
-        make: Returns the device, not started. It is called once; the device is started twice.
-        examine: What is looked at while it runs.
-        examine_again: What is looked at in its first reading after it has been started again.
+        make: Function that returns the device, not started. It is called once; the device is started twice.
+        examine: Function that examines the device while it runs.
+        examine_again: Function that examines its first reading after its second start.
 
     Raises:
-        ConformanceError: It breaks a rule.
+        ConformanceError: If the device breaks a rule.
     """
     threads = set(threading.enumerate())
     device = make()
@@ -69,7 +69,7 @@ def examine_device(
 
 
 def examine_not_started(inspection: Inspection, device: Device, read: Callable[[], object], when: str) -> None:
-    """Reading a device that is closed must raise `OSError`, as `DeviceError` is, and closing it again nothing."""
+    """Reading a closed device must raise an `OSError` such as `DeviceError`; closing it again must be harmless."""
     try:
         read()
     except OSError:
@@ -98,52 +98,52 @@ def examine_not_started(inspection: Inspection, device: Device, read: Callable[[
 
 
 def examine_clock(inspection: Inspection, read: Callable[[], Reading]) -> None:
-    """Stamps are of `time.monotonic`, of the moment of sampling, and no reading waits in a queue."""
+    """Stamps must be `time.monotonic` at the moment of sampling, and no reading may wait in a queue."""
     youngest = _youngest(read)
     if not inspection.require(
-        0.0 <= youngest <= OLDEST,
+        0.0 <= youngest <= MAX_SAMPLE_AGE,
         "time stamps",
-        f"the youngest of {TRIES} readings is {youngest:.4g} s old by time.monotonic()",
-        f"between 0 and {OLDEST:g} s",
+        f"the youngest of {READ_COUNT} readings is {youngest:.4g} s old by time.monotonic()",
+        f"between 0 and {MAX_SAMPLE_AGE:g} s",
         "stamp by time.monotonic() [s], neither time.time() nor the device's own clock, when it was sampled; "
         "return the newest record, not the next one of a queue",
     ):
         return
-    again = [(read(), read()) for _ in range(PAIRS)]
+    again = [(read(), read()) for _ in range(PAIR_COUNT)]
     new = sum(b.time > a.time for a, b in again)
     inspection.require(
-        new <= 0.5 * PAIRS,
+        new <= 0.5 * PAIR_COUNT,
         "time stamps",
-        f"of {PAIRS} readings that were taken twice at once, {new} had two stamps",
+        f"of {PAIR_COUNT} readings that were taken twice at once, {new} had two stamps",
         "one stamp per record, whenever it is read",
         "stamp a record where it arrives from the wire, not where it is read or logged",
     )
-    sleep(UNREAD)
+    sleep(UNREAD_TIME)
     youngest = _youngest(read)
     inspection.require(
-        youngest <= OLDEST,
+        youngest <= MAX_SAMPLE_AGE,
         "age",
-        f"after {UNREAD:g} s without a call the reading is {youngest:.3g} s old",
-        f"at most {OLDEST:g} s",
+        f"after {UNREAD_TIME:g} s without a call the reading is {youngest:.3g} s old",
+        f"at most {MAX_SAMPLE_AGE:g} s",
         "return the newest record, not the next one of a queue",
     )
 
 
 def _youngest(read: Callable[[], Reading]) -> float:
-    """Return the least age of some readings [s]: a negative one is of the future."""
+    """Return the least age of some readings [s]; it is negative for a stamp in the future."""
     ages = []
-    for _ in range(TRIES):
+    for _ in range(READ_COUNT):
         time = read().time
         ages.append(monotonic() - time)
-        sleep(BETWEEN)
+        sleep(READ_INTERVAL)
     return min(ages)
 
 
 def examine_threads(inspection: Inspection, before: set[threading.Thread]) -> None:
-    """A closed device leaves no thread behind."""
+    """A closed device must leave no thread behind."""
     left = [thread for thread in threading.enumerate() if thread not in before]
     for thread in left:
-        thread.join(OLDEST)
+        thread.join(MAX_SAMPLE_AGE)
     names = [thread.name for thread in left if thread.is_alive()]
     inspection.require(
         not names, "threads", f"{', '.join(names)} still run after close", "none", "end and join them in close"

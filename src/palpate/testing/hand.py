@@ -1,4 +1,4 @@
-"""Whether a hand's driver is what a rig takes it for."""
+"""Check of a hand's driver."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -6,29 +6,29 @@ from time import monotonic, sleep
 
 from palpate.hw.devices import HandDevice, MovingHand
 from palpate.runtime.data import HandSample
-from palpate.testing.arm_samples import OLDEST
+from palpate.testing.arm_samples import MAX_SAMPLE_AGE
 from palpate.testing.devices import examine_device
 from palpate.testing.nonconformity import Inspection
 
-STATES, BETWEEN = 60, 5e-3
+STATE_COUNT, READ_INTERVAL = 60, 5e-3
 """States in each part of the check, and the time between two [s]: 0.3 s."""
 
-RESTING = 2e-3
-"""[rad or m] By which joints of a hand that was not commanded may change: a few steps of an encoder."""
+MAX_REST_CHANGE = 2e-3
+"""Largest change of the joints of a hand without a command [rad or m]: a few steps of an encoder."""
 
 
 def check_hand(make: Callable[[], HandDevice], fingers: int, force: float = 1.0) -> None:
-    """Check a hand: time stamps, rest, grip forces, refusals, close, and what it raises.
+    """Check a hand: time stamps, rest, grip forces, refusals, close, and exceptions.
 
-    Its fingers close on nothing, and open again: keep your own out of it.
+    The fingers close on nothing, and open again: keep your own out of the hand.
 
     Args:
-        make: Returns the device, not started. It is called once; the device is started twice.
-        fingers: How many grip forces it takes.
-        force: That all fingers press with for a moment [N].
+        make: Function that returns the device, not started. It is called once; the device is started twice.
+        fingers: Number of grip forces that the hand takes.
+        force: Grip force of all fingers for a moment [N].
 
     Raises:
-        ConformanceError: It breaks a rule.
+        ConformanceError: If the hand breaks a rule.
     """
     examine_device(make, lambda inspection, device: _examine_states(inspection, device, fingers, force))
 
@@ -58,7 +58,7 @@ def _examine_states(inspection: Inspection, device: HandDevice, fingers: int, fo
         inspection.require(
             moved > 0.0,
             "grip",
-            f"no joint has moved within {STATES * BETWEEN:.2g} s of pressing with {force:g} N on nothing",
+            f"no joint has moved in {STATE_COUNT * READ_INTERVAL:.2g} s of pressing with {force:g} N on nothing",
             "fingers that close",
             "close until something is met; a grip force of 0 opens the hand",
         )
@@ -68,11 +68,11 @@ def _examine_states(inspection: Inspection, device: HandDevice, fingers: int, fo
 def _states(device: HandDevice, forces: tuple[float, ...] | None = None) -> list[HandSample]:
     """Command grip forces again and again, as a rig does, and return the states meanwhile."""
     samples = []
-    for _ in range(STATES):
+    for _ in range(STATE_COUNT):
         if forces is not None:
             device.press(forces)
         samples.append(device.read())
-        sleep(BETWEEN)
+        sleep(READ_INTERVAL)
     return samples
 
 
@@ -91,10 +91,10 @@ def _examine_samples(inspection: Inspection, samples: Sequence[HandSample]) -> b
     age = monotonic() - samples[-1].time
     times = [each.time for each in samples]
     return inspection.require(
-        0.0 <= age <= OLDEST + BETWEEN and times == sorted(times),
+        0.0 <= age <= MAX_SAMPLE_AGE + READ_INTERVAL and times == sorted(times),
         "time stamps",
         f"the newest state is {age:.4g} s old by time.monotonic(), in order: {times == sorted(times)}",
-        f"between 0 and {OLDEST:g} s, never going back",
+        f"between 0 and {MAX_SAMPLE_AGE:g} s, never going back",
         "stamp by time.monotonic() [s] when the joints were read, neither by time.time() nor where it is logged",
     )
 
@@ -103,9 +103,9 @@ def _examine_rest(inspection: Inspection, samples: Sequence[HandSample], when: s
     columns = zip(*(each.joint_position for each in samples), strict=True)
     spread = max(max(column) - min(column) for column in columns)
     inspection.require(
-        spread <= RESTING,
+        spread <= MAX_REST_CHANGE,
         f"rest {when}",
         f"joints moved by {spread:.3g} (rad or m) without a command",
-        f"at most {RESTING:g}",
+        f"at most {MAX_REST_CHANGE:g}",
         "hold the fingers where they are until press is called; or return joints in rad, not in encoder steps",
     )

@@ -1,4 +1,4 @@
-"""What a piece does not hold to: collected by a check, raised all together."""
+"""Rules that a piece breaks: collected by a check, raised together."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -14,10 +14,10 @@ class Nonconformity:
     """One rule of a protocol that a piece breaks.
 
     Attributes:
-        rule: Its name.
-        seen: What the piece did.
-        expected: What it should have done.
-        remedy: What to mend.
+        rule: Name of the rule.
+        seen: Observed behaviour.
+        expected: Expected behaviour.
+        remedy: How to correct the piece.
     """
 
     rule: str
@@ -26,7 +26,7 @@ class Nonconformity:
     remedy: str
 
     def __str__(self) -> str:
-        """One line for people."""
+        """One line for the error message."""
         return f"{self.rule}: {self.seen}; expected {self.expected}; mend: {self.remedy}"
 
 
@@ -34,11 +34,11 @@ class ConformanceError(PalpateError, AssertionError):
     """A piece breaks rules of its protocol. The message lists all of them.
 
     Attributes:
-        nonconformities: What it breaks.
+        nonconformities: Broken rules.
     """
 
     def __init__(self, piece: str, nonconformities: Sequence[Nonconformity]) -> None:
-        """Take the piece's name and what it breaks."""
+        """Take the piece's name and the broken rules."""
         self.nonconformities = tuple(nonconformities)
         count = f"{len(self.nonconformities)} rule{'s' if len(self.nonconformities) > 1 else ''}"
         super().__init__("\n- ".join([f"{piece} breaks {count}:", *map(str, self.nonconformities)]))
@@ -47,7 +47,7 @@ class ConformanceError(PalpateError, AssertionError):
 class Inspection:
     """Collects nonconformities, the first of each rule; leaving its `with` block raises them.
 
-    An exception of the piece's own is a broken rule, too; the others are still examined.
+    An exception raised by the piece is a broken rule, too; the other rules are still examined.
     """
 
     def __init__(self, piece: str) -> None:
@@ -56,7 +56,7 @@ class Inspection:
         self._found: dict[str, Nonconformity] = {}
 
     def require(self, holds: object, rule: str, seen: str, expected: str, remedy: str) -> bool:
-        """Note a broken rule unless it holds; return whether it does."""
+        """Record a broken rule unless `holds`; return whether the rule holds."""
         if not holds:
             self._found.setdefault(rule, Nonconformity(rule, seen, expected, remedy))
         return bool(holds)
@@ -67,7 +67,7 @@ class Inspection:
 
     @contextmanager
     def part(self, doing: str) -> Iterator[None]:
-        """Take an exception in the block for a broken rule, and go on after the block."""
+        """Record an exception in the block as a broken rule, and continue after the block."""
         try:
             yield
         except Exception as error:
@@ -98,10 +98,10 @@ class Inspection:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Raise what was found.
+        """Raise the broken rules.
 
         Raises:
-            ConformanceError: Rules are broken.
+            ConformanceError: If rules are broken.
         """
         if error is None and self._found:
             raise ConformanceError(self._piece, tuple(self._found.values()))

@@ -1,4 +1,4 @@
-"""Whether a force/torque sensor's driver is what a rig takes it for."""
+"""Check of a force/torque sensor's driver."""
 
 from collections.abc import Callable, Sequence
 from time import sleep
@@ -12,33 +12,33 @@ from palpate.testing.devices import examine_clock, examine_device
 from palpate.testing.nonconformity import Inspection
 from palpate.testing.wrenches import examine_stamps, examine_wrenches
 
-READINGS, BETWEEN = 200, 2e-3
-"""Readings by which a sensor is judged, and the time between two [s]."""
+READING_COUNT, READ_INTERVAL = 200, 2e-3
+"""Number of readings in each part of the check, and the time between two [s]."""
 
-OF_LOAD = 0.1
-"""By which a reading may differ from a load that is known: order, sign and unit, not calibration."""
+MAX_LOAD_ERROR = 0.1
+"""Largest relative difference between a reading and a known load: finds order, sign and unit, not calibration."""
 
-SIGMAS = 6.0
-"""Standard deviations that a mean may differ besides."""
+MAX_SIGMAS = 6.0
+"""Largest further difference of a mean, in standard deviations."""
 
-NOISE_FACTOR = 30.0
-"""Times the declared noise, or part of it, that readings at rest may scatter: a factor of 1000 is another unit."""
+MAX_NOISE_RATIO = 30.0
+"""Largest ratio of measured to declared noise, and of declared to measured noise: 1000 means another unit."""
 
-ROUNDING = 1e-6
-"""Of the declared noise: what scatters less has none, as some emulators."""
+MIN_NOISE_RATIO = 1e-6
+"""Smallest ratio of measured to declared noise: below, the sensor has no noise, as some emulators."""
 
 
 def check_sensor(make: Callable[[], SensorDevice], noise: Wrench, load: Wrench | None = None) -> None:
-    """Check a force/torque sensor at rest: time stamps, units, order, tare, close, and what it raises.
+    """Check a force/torque sensor at rest: time stamps, units, order, tare, close, and exceptions.
 
     Args:
-        make: Returns the device, not started. It is called once; the device is started twice.
+        make: Function that returns the device, not started. It is called once; the device is started twice.
         noise: Declared standard deviation of a reading at rest [N, N m], as in a robot file.
-        load: What acts on its tip side meanwhile, in its own frame [N, N m], if that is known, as of a weight that
-            hangs on it: the only thing by which an order or a sign can be told.
+        load: Known load on its tip side during the check, sensor frame [N, N m], such as a hanging weight. Without
+            a load, order and sign of the axes cannot be checked.
 
     Raises:
-        ConformanceError: It breaks a rule.
+        ConformanceError: If the sensor breaks a rule.
     """
     examine_device(make, lambda inspection, device: _examine_readings(inspection, device, np.array(noise), load))
 
@@ -61,13 +61,13 @@ def _examine_readings(
     )
     rows = np.array([reading.wrench for reading in readings])
     scatter = rows.std(axis=0)
-    loud = scatter > NOISE_FACTOR * noise
-    quiet = (scatter > ROUNDING * noise) & (scatter < noise / NOISE_FACTOR)
+    loud = scatter > MAX_NOISE_RATIO * noise
+    quiet = (scatter > MIN_NOISE_RATIO * noise) & (scatter < noise / MAX_NOISE_RATIO)
     inspection.require(
         not (loud | quiet).any(),
         "units by noise",
         f"readings at rest scatter by {_short(scatter)}, declared are {_short(noise)}",
-        f"the same within a factor of {NOISE_FACTOR:g}",
+        f"the same within a factor of {MAX_NOISE_RATIO:g}",
         "newtons and newton metres, force before moment; or declare the noise that it has, and keep it at rest",
     )
     if load is not None:
@@ -76,7 +76,7 @@ def _examine_readings(
         device.tare()
         zero = np.mean([reading.wrench for reading in _taken(device)], axis=0)
         inspection.require(
-            (np.abs(zero) <= SIGMAS * np.maximum(noise, scatter)).all(),
+            (np.abs(zero) <= MAX_SIGMAS * np.maximum(noise, scatter)).all(),
             "tare",
             f"after it, readings are {_short(zero)} in the mean",
             "0 within the noise",
@@ -85,7 +85,9 @@ def _examine_readings(
 
 
 def _examine_load(inspection: Inspection, mean: FloatArray, noise: FloatArray, load: FloatArray) -> None:
-    allowed = SIGMAS * noise + OF_LOAD * np.repeat([np.linalg.norm(load[:3]), np.linalg.norm(load[3:])], 3)
+    allowed = MAX_SIGMAS * noise + MAX_LOAD_ERROR * np.repeat(
+        [np.linalg.norm(load[:3]), np.linalg.norm(load[3:])], 3
+    )
     if (np.abs(mean - load) <= allowed).all():
         return
     guesses = {
@@ -101,16 +103,16 @@ def _examine_load(inspection: Inspection, mean: FloatArray, noise: FloatArray, l
         False,
         "load",
         f"{_short(mean)} N, N m",
-        f"{_short(load)} within {100.0 * OF_LOAD:g} %",
+        f"{_short(load)} within {100.0 * MAX_LOAD_ERROR:g} %",
         fits[0] if fits else "force before moment, newtons and newton metres, the axes of its own frame",
     )
 
 
 def _taken(device: SensorDevice) -> Sequence[SensorReading]:
     readings = []
-    for _ in range(READINGS):
+    for _ in range(READING_COUNT):
         readings.append(device.read())
-        sleep(BETWEEN)
+        sleep(READ_INTERVAL)
     return readings
 
 

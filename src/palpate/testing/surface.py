@@ -1,4 +1,4 @@
-"""Whether a fingertip's surface is what contact sensing takes it for."""
+"""Check of a fingertip's surface."""
 
 import inspect
 import math
@@ -16,20 +16,20 @@ from palpate.surfaces.composite import Composite
 from palpate.surfaces.implicit import DIFFERENCE_STEP, GRADIENT_TOLERANCE, Implicit
 from palpate.testing.nonconformity import Inspection
 
-NO_ROTATIONS = (
+BAD_ROTATIONS = (
     2.0 * np.eye(3),
     np.round([[0.6 * 2**0.5, -(0.28**0.5), 0.0], [0.28**0.5, 0.6 * 2**0.5, 0.0], [0.0, 0.0, 1.0]], 4),
     np.diag([1.0, 1.0, -1.0]),
     np.eye(2),
     np.eye(4),
 )
-"""Not orthonormal, typed with four decimals, a reflection, other shapes."""
+"""Matrices that are no rotations: not orthonormal, rounded to four decimals, a reflection, other shapes."""
 
 
 def examine_construction(inspection: Inspection, piece: object) -> None:
-    """Build a piece again, one argument at a time with bad numbers in it: each must be refused.
+    """Construct a piece again with bad numbers in one argument at a time: each must be refused.
 
-    Only a class whose arguments are kept under their names can be built again.
+    Only a class that keeps its arguments under their names can be constructed again.
     """
     names = inspect.signature(type(piece)).parameters
     if not all(hasattr(piece, name) for name in names):
@@ -42,7 +42,7 @@ def examine_construction(inspection: Inspection, piece: object) -> None:
 
 
 def _bad(name: str, value: object) -> Iterator[object]:
-    """Yield what a value of this kind must not be."""
+    """Yield invalid values of the same type."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         yield math.nan
     elif isinstance(value, tuple | np.ndarray):
@@ -53,38 +53,38 @@ def _bad(name: str, value: object) -> Iterator[object]:
             if array.shape == (3,):
                 yield from (np.ones(2), np.ones((3, 1)), np.full(3, math.nan), ("a", "b", "c"), None)
             if name == "rotation":
-                yield from NO_ROTATIONS
+                yield from BAD_ROTATIONS
 
 
-WRENCHES = 64
-"""Per property: a surface of plain Python functions takes some seconds."""
+WRENCH_COUNT = 64
+"""Number of wrenches per property: a surface of plain Python functions takes some seconds."""
 
-WELL_CONDITIONED = 1e3
-"""Contacts with a larger condition number are not judged: six digits would be lost there and back."""
+MAX_CONDITION = 1e3
+"""Largest condition number of contacts that are judged: beyond, six digits would be lost there and back."""
 
-PRECISE = 1e-8
-"""Largest error relative to the size: rounding times the condition number, times what an iteration stops at."""
+RELATIVE_TOLERANCE = 1e-8
+"""Largest error relative to the size: rounding times the condition number times the tolerance of iterations."""
 
-SMALL_TURN = 1e-5
-"""By which wrenches are changed to see where the contact goes: its square is below what is judged."""
+WRENCH_CHANGE = 1e-5
+"""Relative change of wrenches that moves the contact: its square is below `RELATIVE_TOLERANCE`."""
 
-LARGEST_SIZE, SMALLEST_SIZE = 0.5, 1e-6
-"""[m] of radii of curvature: as in robot files; beyond, it is a number in another unit."""
+MAX_SIZE, MIN_SIZE = 0.5, 1e-6
+"""Limits of radii of curvature [m], as in robot files: beyond, they are in another unit."""
 
 
 def check_surface(surface: Surface, normal_tolerance: float = 1e-3) -> None:
     """Check a fingertip: frame, units, refusals, and that contacts solve the equations that define them.
 
-    No formula of the surface is needed: points are where contacts are found, neighbouring ones give the tangent
-    plane, and contacts that are made up there must be found again, as they are and under larger forces.
+    No formula of the surface is needed. Contacts give points of the surface, and neighbouring contacts its tangent
+    planes. Contacts that are constructed at these points must be found again, also under larger forces.
 
     Args:
-        surface: The fingertip, in the sensor frame.
+        surface: Surface of the fingertip, sensor frame.
         normal_tolerance: Largest angle between the normal and that of the surface [rad]: for meshes, whose normals
             are interpolated, about the angle between neighbouring facets.
 
     Raises:
-        ConformanceError: It breaks a rule.
+        ConformanceError: If the surface breaks a rule.
     """
     with Inspection(type(surface).__name__) as inspection:
         _examine_frame(inspection, surface)
@@ -96,7 +96,7 @@ def check_surface(surface: Surface, normal_tolerance: float = 1e-3) -> None:
             with inspection.part("evaluating it about its centre"):
                 _examine_level(inspection, surface, max(normal_tolerance, 10.0 * GRADIENT_TOLERANCE))
             if inspection.found("gradient"):
-                return  # contacts would say the same, late
+                return  # contacts would show the same error, later
         with inspection.part("solving contacts"):
             touched = _touched(inspection, surface)
             if touched is not None:
@@ -108,7 +108,7 @@ def check_surface(surface: Surface, normal_tolerance: float = 1e-3) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Touched:
-    """Well-conditioned contacts of a surface of a `size` [m], and their wrenches, shape (n, 6)."""
+    """Well-conditioned contacts of a surface of radius `size` [m], and their wrenches, shape (n, 6)."""
 
     surface: Surface
     size: float
@@ -117,13 +117,13 @@ class _Touched:
 
     @property
     def points(self) -> FloatArray:
-        """On the surface as it is without load."""
+        """Points on the surface without load, shape (n, 3) [m]."""
         return _unloaded(self.surface, self.contacts)
 
     @property
     def precision(self) -> float:
-        """Of a place [m]: an origin far from the surface costs digits."""
-        return float(PRECISE * max(self.size, np.linalg.norm(self.contacts.centroid, axis=1).max()))
+        """Precision of a position [m]: an origin far from the surface costs digits."""
+        return float(RELATIVE_TOLERANCE * max(self.size, np.linalg.norm(self.contacts.centroid, axis=1).max()))
 
 
 def _unloaded(surface: Surface, contacts: Contacts) -> FloatArray:
@@ -141,12 +141,12 @@ def _center(surface: Surface) -> FloatArray:
 
 def _pushes(rng: np.random.Generator, center: FloatArray, lever: float) -> FloatArray:
     """Return wrenches of about 1 N that pass the centre at about `lever` [m]."""
-    force, spin = rng.normal(size=(2, WRENCHES, 3))
+    force, spin = rng.normal(size=(2, WRENCH_COUNT, 3))
     return np.hstack([force, np.cross(center, force) + lever * spin])
 
 
 def _well(contacts: Contacts) -> npt.NDArray[np.bool_]:
-    return np.asarray((contacts.status == ContactStatus.OK) & (contacts.condition < WELL_CONDITIONED))
+    return np.asarray((contacts.status == ContactStatus.OK) & (contacts.condition < MAX_CONDITION))
 
 
 def _touched(inspection: Inspection, surface: Surface) -> _Touched | None:
@@ -158,7 +158,7 @@ def _touched(inspection: Inspection, surface: Surface) -> _Touched | None:
     several = inspection.require(
         (apart > 0.3).any(),
         "contacts",
-        f"{ok.sum()} contacts for {WRENCHES} wrenches through the centre, with hardly different normals",
+        f"{ok.sum()} contacts for {WRENCH_COUNT} wrenches through the centre, with hardly different normals",
         "a contact for most of them",
         "value and gradient, or where center is: inside a closed surface, on the axis of an open one",
     )
@@ -166,19 +166,19 @@ def _touched(inspection: Inspection, surface: Surface) -> _Touched | None:
         return None
     size = float(np.median((np.linalg.norm(c[:, None] - c[None], axis=2)[apart > 0.3]) / apart[apart > 0.3]))
     inspection.require(
-        SMALLEST_SIZE <= size <= LARGEST_SIZE,
+        MIN_SIZE <= size <= MAX_SIZE,
         "units",
         f"a radius of about {size:.3g} m",
-        f"a fingertip between {SMALLEST_SIZE:g} and {LARGEST_SIZE:g} m",
+        f"a fingertip between {MIN_SIZE:g} and {MAX_SIZE:g} m",
         "give lengths in metres, not in millimetres",
     )
     rows = _pushes(rng, center, 0.3 * size)
     found = contacts_from_wrenches(surface, rows)
     well = _well(found)
     enough = inspection.require(
-        well.sum() >= 0.1 * WRENCHES,
+        well.sum() >= 0.1 * WRENCH_COUNT,
         "contacts",
-        f"{well.sum()} well-conditioned contacts for {WRENCHES} wrenches",
+        f"{well.sum()} well-conditioned contacts for {WRENCH_COUNT} wrenches",
         "one for most of them",
         "value and gradient: the solver finds no point where the normal balances the wrench",
     )
@@ -186,7 +186,7 @@ def _touched(inspection: Inspection, surface: Surface) -> _Touched | None:
 
 
 def _examine_equations(inspection: Inspection, touched: _Touched) -> None:
-    """Of force and moment: m = c x f + q n, f = f_t - f_n n, and the surface is pushed."""
+    """Contacts must balance force and moment, m = c x f + q n and f = f_t - f_n n, and push the surface."""
     at, rows = touched.contacts, touched.wrenches
     f, m = rows[:, :3], rows[:, 3:]
     numbers = (at.centroid, at.normal, at.tangential_force, at.normal_force, at.spin_torque)
@@ -199,7 +199,7 @@ def _examine_equations(inspection: Inspection, touched: _Touched) -> None:
     ):
         return
     left = m - np.cross(at.centroid, f) - at.spin_torque[:, None] * at.normal
-    limit = PRECISE * (touched.size + np.linalg.norm(at.centroid, axis=1)) * np.linalg.norm(f, axis=1)
+    limit = RELATIVE_TOLERANCE * (touched.size + np.linalg.norm(at.centroid, axis=1)) * np.linalg.norm(f, axis=1)
     inspection.require(
         (np.linalg.norm(left, axis=1) <= limit).all(),
         "balance of moments",
@@ -208,7 +208,7 @@ def _examine_equations(inspection: Inspection, touched: _Touched) -> None:
         "the centroid: force comes before moment, and the moment is about the sensor's origin, in N m",
     )
     inspection.require(
-        np.allclose(np.linalg.norm(at.normal, axis=1), 1.0, rtol=0.0, atol=PRECISE),
+        np.allclose(np.linalg.norm(at.normal, axis=1), 1.0, rtol=0.0, atol=RELATIVE_TOLERANCE),
         "unit normals",
         f"normals of length {np.linalg.norm(at.normal, axis=1).max():.6g}",
         "length 1",
@@ -216,7 +216,7 @@ def _examine_equations(inspection: Inspection, touched: _Touched) -> None:
     )
     parts = at.tangential_force - at.normal_force[:, None] * at.normal - f
     inspection.require(
-        (at.normal_force > 0.0).all() and np.abs(parts).max() <= PRECISE * np.abs(f).max(),
+        (at.normal_force > 0.0).all() and np.abs(parts).max() <= RELATIVE_TOLERANCE * np.abs(f).max(),
         "parts of the force",
         f"normal forces from {at.normal_force.min():.3g} N, f_t - f_n n - f up to {np.abs(parts).max():.1e} N",
         "f_n above 0 and f = f_t - f_n n",
@@ -225,7 +225,7 @@ def _examine_equations(inspection: Inspection, touched: _Touched) -> None:
     mixed = np.insert(rows, (1, len(rows)), ((math.nan,) * 6, (0.0,) * 6), axis=0)
     many, alone = (
         contacts_from_wrenches(touched.surface, mixed),
-        [Solver(touched.surface)(row) for row in mixed],  # bound to the surface anew each time
+        [Solver(touched.surface)(row) for row in mixed],  # a new solver each time
     )
     inspection.require(
         all(
@@ -240,7 +240,7 @@ def _examine_equations(inspection: Inspection, touched: _Touched) -> None:
 
 
 def _examine_shape(inspection: Inspection, touched: _Touched, normal_tolerance: float) -> None:
-    """Every point lies below the tangent plane of every other; a neighbour lies in it."""
+    """Every point must lie below the tangent plane of every other point; neighbours must lie in it."""
     x, n = touched.points, touched.contacts.normal
     above = np.einsum("ijk,ik->ij", x[None] - x[:, None], n)
     beyond = above > touched.precision + normal_tolerance * np.linalg.norm(x[None] - x[:, None], axis=2)
@@ -261,7 +261,7 @@ def _examine_shape(inspection: Inspection, touched: _Touched, normal_tolerance: 
         "the shape, or the gradient, which must be that of value",
     )
     rng = np.random.default_rng(1)
-    change = SMALL_TURN * rng.normal(size=touched.wrenches.shape)
+    change = WRENCH_CHANGE * rng.normal(size=touched.wrenches.shape)
     change[:, 3:] *= touched.size
     center = _center(touched.surface)
     change[:, 3:] += np.cross(center, change[:, :3])
@@ -269,7 +269,7 @@ def _examine_shape(inspection: Inspection, touched: _Touched, normal_tolerance: 
     ok = moved.status == ContactStatus.OK
     step = (_unloaded(touched.surface, moved) - x)[ok]
     length = np.linalg.norm(step, axis=1)
-    far = length > 1e-8 * touched.size  # a flat face does not tell
+    far = length > 1e-8 * touched.size  # a flat face gives no information
     if far.any():
         slope = np.abs(np.sum(step * n[ok], axis=1))[far] / length[far]
         limit = normal_tolerance + length[far] / touched.size + touched.precision * 1e-4 / length[far]
@@ -283,7 +283,7 @@ def _examine_shape(inspection: Inspection, touched: _Touched, normal_tolerance: 
 
 
 def _examine_round_trip(inspection: Inspection, touched: _Touched) -> None:
-    """Contacts made up at known points are found again, under forces of any size."""
+    """Contacts constructed at known points must be found again, under forces of any size."""
     at, surface, x = touched.contacts, touched.surface, touched.contacts.centroid
     rng = np.random.default_rng(2)
     aside = np.cross(at.normal, rng.normal(size=x.shape))
@@ -298,7 +298,10 @@ def _examine_round_trip(inspection: Inspection, touched: _Touched) -> None:
         inspection.require(
             well.sum() >= 0.5 * len(x)
             and (off <= 1e2 * touched.precision).all()
-            and (turn <= 1e2 * PRECISE * max(1.0, touched.precision / (PRECISE * touched.size))).all(),
+            and (
+                turn
+                <= 1e2 * RELATIVE_TOLERANCE * max(1.0, touched.precision / (RELATIVE_TOLERANCE * touched.size))
+            ).all(),
             "round trip",
             f"of {len(x)} contacts made up on the surface {well.sum()} were found, up to "
             f"{1e6 * off.max(initial=0.0):.3g} um and {turn.max(initial=0.0):.2g} rad away, at force x {scale:g}",
@@ -308,7 +311,7 @@ def _examine_round_trip(inspection: Inspection, touched: _Touched) -> None:
 
 
 def _examine_wrench_axis(inspection: Inspection, touched: _Touched) -> None:
-    """Of the hard model: the centroid lies on the wrench axis, where the force pushes."""
+    """With the hard model, the centroid must lie on the wrench axis, where the force pushes."""
     found = contacts_from_wrenches(touched.surface, touched.wrenches, "hard")
     well = _well(found)
     f, m = touched.wrenches[well, :3], touched.wrenches[well, 3:]
@@ -358,7 +361,7 @@ def _examine_arrays(inspection: Inspection, surface: Surface) -> None:
         not writeable,
         "immutability",
         f"{', '.join(writeable)} can be written to",
-        "arrays that nobody can change while a controller runs",
+        "arrays that cannot change while a controller runs",
         "copy what is given and call setflags(write=False)",
     )
 
@@ -403,7 +406,7 @@ def _examine_status(inspection: Inspection, surface: Surface, wrench: FloatArray
 
 
 def _examine_level(inspection: Inspection, surface: Implicit, tolerance: float) -> None:
-    """Value is negative inside, and its differences are the gradient."""
+    """The value must be negative inside, and its differences must equal the gradient."""
     rng = np.random.default_rng(3)
     size = float(np.median(surface.half_lengths))
     step = DIFFERENCE_STEP * size
@@ -418,7 +421,7 @@ def _examine_level(inspection: Inspection, surface: Implicit, tolerance: float) 
         "below 0",
         "the sign of value, or the centre, which lies inside",
     )
-    for point in size * rng.normal(size=(WRENCHES // 4, 3)):
+    for point in size * rng.normal(size=(WRENCH_COUNT // 4, 3)):
         gradient = np.array(surface.evaluate(surface.parameters, *point.tolist())[1:4])
         numeric = np.array([value(point + step * e) - value(point - step * e) for e in np.eye(3)]) / (2.0 * step)
         inspection.require(

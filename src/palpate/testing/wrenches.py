@@ -1,4 +1,4 @@
-"""What readings of a force/torque sensor must be: force before moment, SI units, stamped when sampled."""
+"""Checks of readings of a force/torque sensor: force before moment, SI units, time stamps of the sampling."""
 
 import math
 from collections.abc import Sequence
@@ -10,19 +10,19 @@ from palpate.errors import shown
 from palpate.sensing.ft.poses import STANDARD_GRAVITY
 from palpate.testing.nonconformity import Inspection
 
-LARGEST_FORCE, LARGEST_MOMENT = 1e4, 1e3
-"""[N, N m]: beyond the ranges of sensors that fit on an arm."""
+MAX_FORCE, MAX_MOMENT = 1e4, 1e3
+"""Largest force [N] and moment [N m]: beyond the ranges of sensors that fit on an arm."""
 
-LONGEST_LEVER = 0.5
-"""[m]: a load this far from the sensor is none of a fingertip."""
+MAX_LEVER = 0.5
+"""Largest distance of a load from the sensor [m]: beyond, it acts on no fingertip."""
 
-LEAST_FORCE = 1e-2
-"""[N] of a force, or 1 m times this of a moment, by which units are judged: below, it is noise."""
+MIN_FORCE = 1e-2
+"""Smallest force [N], and moment per metre, by which units are judged: below, it is noise."""
 
 
-MOST_RESTAMPED = 0.25
-"""Per reading: a device that is read three times as often as it samples shows 0.33, an emulator whose plant is
-late now and then 0.1."""
+MAX_RESTAMPED_SHARE = 0.25
+"""Largest share of repeated readings with a later stamp: a device that is read three times as often as it samples
+shows 0.33, an emulator whose plant is sometimes late 0.1."""
 
 
 def examine_wrenches(inspection: Inspection, wrenches: Sequence[tuple[float, ...]]) -> bool:
@@ -44,26 +44,26 @@ def examine_wrenches(inspection: Inspection, wrenches: Sequence[tuple[float, ...
     mean = np.mean(np.array(wrenches), axis=0)
     force, moment = float(np.linalg.norm(mean[:3])), float(np.linalg.norm(mean[3:]))
     inspection.require(
-        force <= LARGEST_FORCE and moment <= LARGEST_MOMENT,
+        force <= MAX_FORCE and moment <= MAX_MOMENT,
         "units of the wrench",
         f"{force:.3g} N and {moment:.3g} N m",
-        f"at most {LARGEST_FORCE:g} N and {LARGEST_MOMENT:g} N m",
+        f"at most {MAX_FORCE:g} N and {MAX_MOMENT:g} N m",
         "give newtons and newton metres, not counts, mN or N mm",
     )
     inspection.require(
-        moment <= LONGEST_LEVER * max(force, LEAST_FORCE),
+        moment <= MAX_LEVER * max(force, MIN_FORCE),
         "order and units of the wrench",
         f"a moment of {moment:.3g} N m beside a force of {force:.3g} N, {moment / max(force, 1e-9):.2g} m aside",
-        f"a lever below {LONGEST_LEVER:g} m",
+        f"a lever below {MAX_LEVER:g} m",
         "force comes before moment, and moments are in N m, not in N mm",
     )
     return True
 
 
 def restamped_runs(readings: Sequence[tuple[float, object]]) -> int:
-    """Count how often a reading comes again, once or more, with later stamps, before another one comes.
+    """Count the readings that are repeated, once or more, with later stamps, before a different reading comes.
 
-    What is at rest and has no noise repeats itself, too, but for long.
+    A sensor at rest without noise repeats its reading, too, but for long.
     """
     count, restamped = 0, False
     for before, after in pairwise(readings):
@@ -75,7 +75,7 @@ def restamped_runs(readings: Sequence[tuple[float, object]]) -> int:
 
 
 def examine_stamps(inspection: Inspection, what: str, readings: Sequence[tuple[float, tuple[float, ...]]]) -> None:
-    """Examine (time [s], wrench) of readings, one after the other."""
+    """Examine pairs of time [s] and wrench of successive readings."""
     pairs = list(pairwise(readings))
     inspection.require(
         all(b[0] >= a[0] for a, b in pairs),
@@ -86,7 +86,7 @@ def examine_stamps(inspection: Inspection, what: str, readings: Sequence[tuple[f
     )
     restamped = restamped_runs(readings)
     inspection.require(
-        restamped <= MOST_RESTAMPED * len(pairs),
+        restamped <= MAX_RESTAMPED_SHARE * len(pairs),
         f"time stamps of {what}",
         f"{restamped} times in {len(pairs)} readings one is repeated with a later stamp, before the next comes",
         "the stamp of the moment at which a reading was sampled, also when it is reported again",
@@ -105,7 +105,7 @@ def examine_stamps(inspection: Inspection, what: str, readings: Sequence[tuple[f
 def examine_gravity(
     inspection: Inspection, acceleration: Sequence[float], up_sensor: Sequence[float] | None
 ) -> None:
-    """Examine the specific force of a sensor at rest [m/s^2]; `up_sensor`: where up is in its frame, if known."""
+    """Examine the specific force of a sensor at rest [m/s^2]; `up_sensor` points up in its frame, if known."""
     size = math.hypot(*acceleration)
     upwards = up_sensor is None or float(np.dot(acceleration, up_sensor)) > 0.9 * size
     inspection.require(

@@ -4,7 +4,7 @@ import math
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -19,23 +19,21 @@ from palpate.experiments.kit.comparable import ErrorSample, FeltMap, WithErrors,
 from palpate.experiments.kit.experiment import Result
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.metric import metrics_of
-from palpate.experiments.kit.option_words import has_unit, option_words
-from palpate.experiments.kit.options import specs_of
+from palpate.experiments.kit.options import has_unit, option_words, specs_of
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import ProgressCallback, no_progress
 from palpate.mapping import Knowledge
 from palpate.mapping.mesh_metrics import MeshMetrics
 from palpate.reporting.data import FigureKind, Quantity
 from palpate.reporting.figure import TIME, Axis, Figure, Panel, Space
-from palpate.reporting.marks import Bars, Colouring, ColourScale, Dash, Line, Rule, shortened
+from palpate.reporting.marks import Bars, Colouring, ColourScale, Dash, Line, Rule, look_of, shortened
 from palpate.reporting.page import write_report
-from palpate.reporting.report import Figures, Paragraph, Report, Section, TextTable
+from palpate.reporting.report import Figures, FigureSource, Paragraph, Report, Section, TextTable
 from palpate.reporting.solids import Surface
 from palpate.reporting.units import Scale, quantity_key, scale_of
 from palpate.runtime import Phase, Record
 from palpate.runtime.log import log_in, read_log
 from palpate.runtime.log.record import record_of
-from palpate.runtime.palette import SIDE_BY_SIDE, Colour
 from palpate.runtime.progress import doing, say
 from palpate.sensing.contact import ContactStatus
 
@@ -485,32 +483,32 @@ def _advice(changed: int) -> str:
     return f"{changed} options differ: to see the effect of each, change one at a time (palpate sweep)."
 
 
-def _surface_figures(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[Figure | None]:
+def _surface_figures(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[FigureSource]:
     samples = [run.errors for run in runs]
     for i in range(max(map(len, samples))):
-        yield spread_figure([each[i] if i < len(each) else None for each in samples], names)
-    yield difference_figure([run.map for run in runs], names)
+        yield partial(spread_figure, [each[i] if i < len(each) else None for each in samples], names)
+    yield partial(difference_figure, [run.map for run in runs], names)
 
 
-def _time_figures(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[Figure | None]:
+def _time_figures(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[FigureSource]:
     mean = ", the mean over the fingers" if len(runs[0].records) > 1 else ""
     with_set = any(np.isfinite(run.set_force).any() for run in runs)
     dashes = " Dashed: the set force of each run; the nearer a line to its dashes the better." if with_set else ""
     felt = [_line(run.time, np.where(run.felt > 0.0, run.felt, np.nan), i, names) for i, run in enumerate(runs)]
     set_forces = [
-        Line(
-            run.time, run.set_force, f"{shortened(run.name, LEGEND_LETTERS)}, set", colour_of(i), dash=Dash.DASHED
-        )
+        _line(run.time, run.set_force, i, names, ", set", (Dash.DASHED,), 1.5, 1.0)
         for i, run in enumerate(runs)
         if np.isfinite(run.set_force).any()
     ]
-    yield _over_time(
+    yield partial(
+        _over_time,
         "Normal force over time",
         f"Measured normal force{mean}, from the beginning of each run on.{dashes}",
         Axis("normal force", "N"),
         [*felt, *set_forces],
     )
-    yield _over_time(
+    yield partial(
+        _over_time,
         "Grip over time",
         "Commanded grip, the mean over the fingers. A lower grip is gentler, as long as the object neither slips "
         "nor spins; the table shows how each run ended.",
@@ -525,15 +523,19 @@ def _over_time(title: str, caption: str, y: Axis, lines: Sequence[Line]) -> Figu
     return Figure(title, caption, (Panel(tuple(lines), TIME, y),), wide=True)
 
 
-def _line(time: FloatArray, y: FloatArray, run: int, names: Sequence[str]) -> Line:
-    dash = Dash.DOTTED if run // len(SIDE_BY_SIDE) % 2 else Dash.SOLID
-    name = shortened(names[run], LEGEND_LETTERS)
-    return Line(time, y, name, colour_of(run), width=1.2, dash=dash, opacity=0.8)
-
-
-def colour_of(run: int) -> Colour:
-    """Return the colour of a run, counted from 0."""
-    return SIDE_BY_SIDE[run % len(SIDE_BY_SIDE)]
+def _line(
+    x: FloatArray,
+    y: FloatArray,
+    run: int,
+    names: Sequence[str],
+    ending: str = "",
+    dashes: Sequence[Dash] = (Dash.SOLID, Dash.DOTTED, Dash.DASH_DOT),
+    width: float = 1.2,
+    opacity: float = 0.8,
+) -> Line:
+    colour, dash, _, thicker = look_of(run, dashes=dashes)
+    name = f"{shortened(names[run], LEGEND_LETTERS)}{ending}"
+    return Line(x, y, name, colour, width=width * thicker, dash=dash, opacity=opacity)
 
 
 def bars_figure(metrics: Sequence[ComparedMetric], names: Sequence[str]) -> Figure | None:
@@ -560,7 +562,7 @@ def _bars(metric: ComparedMetric, names: Sequence[str]) -> Panel:
     places, factor = np.arange(len(names))[::-1].astype(np.float64), metric.scale.factor
     ticks = tuple((float(at), shortened(name, TICK_LETTERS)) for at, name in zip(places, names, strict=True))
     bars = tuple(
-        Bars(np.array([at]), np.array([factor * value]), np.array([BAR_THICKNESS]), "", colour_of(run), True)
+        Bars(np.array([at]), np.array([factor * value]), np.array([BAR_THICKNESS]), "", look_of(run)[0], True)
         for run, (at, value) in enumerate(zip(places, metric.values, strict=True))
         if not isinstance(value, str) and math.isfinite(value)
     )
@@ -581,7 +583,7 @@ def spread_figure(samples: Sequence[ErrorSample | None], names: Sequence[str]) -
     for run, each in known:
         count, _ = np.histogram(np.clip(each.values, bins[0], bins[-1]), bins)
         steps = np.concatenate([[0.0], np.repeat(100.0 * count / len(each.values), 2), [0.0]])
-        lines.append(Line(np.repeat(bins, 2), steps, shortened(names[run], LEGEND_LETTERS), colour_of(run)))
+        lines.append(_line(np.repeat(bins, 2), steps, run, names, width=1.5, opacity=1.0))
     first = known[0][1]
     panel = Panel((Rule(0.0), *lines), Axis(first.quantity, first.unit), Axis("share of the points", "%", low=0.0))
     return Figure(first.title, first.caption, (panel,))

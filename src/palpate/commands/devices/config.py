@@ -14,7 +14,6 @@ RobotName = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="ROBOT")]
 
 _ControlPort = Annotated[int, tyro.conf.arg(metavar="PORT")]
 _Faults = Annotated[tuple[tuple[str, float], ...], tyro.conf.arg(metavar="[NAME VALUE ...]")]
-_TimeScale = Annotated[float, tyro.conf.arg(aliases=("--scale",))]
 
 _TIME_SCALES = (0.01, 10.0)
 _MIN_PORT = 1024
@@ -49,7 +48,7 @@ class RobotShowConfig:
 
 @dataclass(frozen=True, slots=True)
 class RobotCheckConfig:
-    """Show how palpate reads a robot file, every value with its unit; or what is wrong with it, and where.
+    """Show how palpate reads a robot file, every value with its unit; or the place and the reason of an error.
 
     Values that the file leaves out are marked as defaults. Exit code 2 if something is wrong.
 
@@ -87,7 +86,7 @@ class DoctorConfig:
 
 @dataclass(frozen=True, slots=True)
 class RecoverConfig:
-    """Connect to a robot's devices after a stop, report the state of each, and bring back what was stopped.
+    """Connect to a robot's devices after a stop, report the state of each, and bring stopped ones back.
 
     Arm: motion, protective, emergency and safeguard stop, power and brakes. Hand: hardware errors, torque and
     watchdog of each servo. Sensors: whether their readings are good. Devices that are well stay as they are. The
@@ -158,7 +157,7 @@ class _DeviceEmulation(_Emulation):
 class EmulateUrConfig(_DeviceEmulation):
     """Emulate a controller of Universal Robots: RTDE, script port and dashboard, for any client.
 
-    Its UR5e moves as commanded, and may touch an elastic plane. It has no dynamics: for those, `palpate explore
+    The UR5e moves as commanded, and may touch an elastic plane. It has no dynamics: for dynamics, `palpate explore
     --robot emulated-ur5e`. Runs until Ctrl-C.
 
     Example: palpate emulate ur, then in Python: rtde_receive.RTDEReceiveInterface("127.0.0.2").getActualTCPPose()
@@ -175,7 +174,7 @@ class EmulateUrConfig(_DeviceEmulation):
     """Height of the elastic plane under the tool, in the arm's base frame [m]. Left out: there is none."""
     stiffness: float = option(2000.0, "N/m", bound="positive")
     """Stiffness of the plane [N/m]."""
-    time_scale: _TimeScale = option(1.0, within=_TIME_SCALES)
+    time_scale: float = option(1.0, within=_TIME_SCALES)
     """Seconds of the robot per second of wall time."""
 
 
@@ -196,7 +195,7 @@ class EmulateDynamixelConfig(_DeviceEmulation):
     """Angle at which an elastic wall stops the shafts [rad from the middle of their turn]. Left out: none."""
     baud_rate: int = 1_000_000
     """Rate of the servos' bus [1/s]."""
-    time_scale: _TimeScale = option(1.0, within=_TIME_SCALES)
+    time_scale: float = option(1.0, within=_TIME_SCALES)
     """Seconds of the servos' motion per second of wall time."""
     seed: int = 0
     """Seed of random faults."""
@@ -206,7 +205,7 @@ class EmulateDynamixelConfig(_DeviceEmulation):
 class EmulateNetftConfig(_DeviceEmulation):
     """Emulate an ATI Net F/T box, or an OnRobot HEX: records by UDP, the calibration by TCP. Runs until Ctrl-C.
 
-    It shows a steady load. Example: palpate emulate netft --load 0 0 -5 0 0 0 --rate 7000
+    The box shows a steady load. Example: palpate emulate netft --load 0 0 -5 0 0 0 --rate 7000
     """
 
     address: str = option("127.0.0.1", check=_check_address)
@@ -238,7 +237,7 @@ class EmulateRobotConfig(_Emulation):
     default is the height at which experiments begin above their object."""
     stiffness: float = option(2000.0, "N/m", bound="positive")
     """Stiffness of the plane [N/m]."""
-    time_scale: _TimeScale = option(1.0, within=_TIME_SCALES)
+    time_scale: float = option(1.0, within=_TIME_SCALES)
     """Seconds of the robot per second of wall time."""
 
 

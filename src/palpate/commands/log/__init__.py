@@ -1,1 +1,1 @@
-"""Logs: what is in them, as data sets."""
+"""Contents of logs, and logs as data sets."""

@@ -5,12 +5,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import islice
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from palpate.errors import FloatArray, InvalidValueError, shown
 from palpate.experiments.kit.experiment import Plan
 from palpate.experiments.kit.from_log import NOTHING_SET, LoggedRun
 from palpate.experiments.kit.options import foreign_options, specs_of
+from palpate.experiments.kit.shown_result import ShownResult
 from palpate.named_object import named_object, raised
 from palpate.nearest_name import nearest, without_unit
 from palpate.runtime import Controller, Observer, Record, Supervisor, Touch
@@ -21,6 +22,9 @@ from palpate.runtime.replay import Replay, replay
 from palpate.runtime.replay_difference import Difference, difference_of_commands, difference_of_sensing
 from palpate.runtime.replay_extent import Extent, extent_of, rows_of_replay
 from palpate.strict_decode import decode_some
+
+if TYPE_CHECKING:
+    from palpate.reporting.report import Report
 
 
 def changeable(kind: type) -> tuple[str, ...]:
@@ -96,7 +100,7 @@ def load_controller_maker(name: str) -> ControllerMaker:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReplayedLog:
+class ReplayedLog(ShownResult):
     """Replay of a log, beside the recording.
 
     Attributes:
@@ -124,6 +128,11 @@ class ReplayedLog:
     replayed: int
     commands: Difference
     sensing: Difference
+
+    def _report(self) -> "Report":
+        from palpate.commands.replay.report import replay_report  # which imports this module
+
+        return replay_report(self)
 
     @property
     def should_be_identical(self) -> bool:

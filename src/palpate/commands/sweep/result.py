@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,7 +13,11 @@ from palpate.commands.sweep.plan import Combination, SweepPlan
 from palpate.commands.sweep.store import RunRecord, RunStatus
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.metric import Metric, MetricValue
+from palpate.experiments.kit.shown_result import ShownResult
 from palpate.nearest_name import nearest
+
+if TYPE_CHECKING:
+    from palpate.reporting.report import Report
 
 MINUTE, HOUR = 60.0, 3600.0
 
@@ -73,7 +78,7 @@ def spread_of(values: Sequence[MetricValue]) -> MetricSpread:
 
 
 @dataclass(frozen=True, eq=False)
-class SweepResult:
+class SweepResult(ShownResult):
     """Every run of a sweep with its record.
 
     Attributes:
@@ -86,11 +91,10 @@ class SweepResult:
     records: tuple[RunRecord, ...]
     metrics: tuple[Metric, ...]
 
-    def _repr_html_(self) -> str:
+    def _report(self) -> "Report":
         from palpate.commands.sweep.report import sweep_report  # which imports this module
-        from palpate.reporting.report import report_fragment
 
-        return report_fragment(sweep_report(self))
+        return sweep_report(self)
 
     @cached_property
     def failures(self) -> tuple[RunRecord, ...]:

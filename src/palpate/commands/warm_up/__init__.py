@@ -1,1 +1,1 @@
-"""Compiling once what would otherwise be compiled when it is first needed."""
+"""Compiles everything at once that is otherwise compiled at its first use."""

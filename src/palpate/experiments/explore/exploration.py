@@ -1,142 +1,106 @@
-"""What an exploration found, and how it went."""
+"""The result of an exploration, evaluated from its record."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+import csv
+import io
+import math
+import os
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from palpate.controllers.paths import Active, Mark, StopReason
+from palpate.atomic_file import replacing
+from palpate.controllers.paths import Active, Mark, PathEvent, StopReason
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import BrokenAssumption
-from palpate.experiments.explore.assumption_check import AssumptionCheck, assumption_check
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.explored_contacts import ScanContacts, felt_in_scan
-from palpate.experiments.explore.explored_map import ExploredMap, explored_map, points_per_row
-from palpate.experiments.explore.map_budget import map_budget
-from palpate.experiments.explore.map_growth import MapGrowth, map_growth
+from palpate.experiments.explore.error_budget import (
+    AssumptionCheck,
+    assumption_check,
+    map_budget,
+    tip_findings,
+)
+from palpate.experiments.explore.explored_map import (
+    ExploredMap,
+    explored_map,
+    felt_in_scan,
+    points_per_row,
+    touch_cloud,
+)
 from palpate.experiments.explore.plan import ExplorationPlan
-from palpate.experiments.kit.change_outcome import ChangeOutcome
 from palpate.experiments.kit.comparable import ErrorSample
-from palpate.experiments.kit.contact_truth import ContactTruth
-from palpate.experiments.kit.recorded_run import ProgressCallback, Recorded
+from palpate.experiments.kit.recorded_periods import ContactTruth
+from palpate.experiments.kit.recorded_run import ChangeOutcome, Recorded
 from palpate.experiments.kit.shown_result import ShownResult
 from palpate.mapping import HeightMap, TouchCloud
-from palpate.mapping.point_normals import point_normals
 from palpate.mapping.primitives import PrimitiveKind, SphereShape, fit_primitive
-from palpate.runtime import FingerDescription, Phase, Record, RunResult
+from palpate.runtime import Phase, Record, RunResult
 from palpate.runtime.shown_plan import PlanChange
-from palpate.sensing.solver import contacts_from_wrenches
-from palpate.sensing.tip_agreement import TipAgreement, tip_agreement
-from palpate.sensing.tip_uncertainty import TipUncertainty
-from palpate.sim import SceneObject
 
-AROUND = 2.5e-3
-"""[m] Around a contact, for the normal of the places there: a paraboloid is good over a third of a tip."""
+if TYPE_CHECKING:  # draws
+    from palpate.experiments.explore.map_growth import MapGrowth
 
-SPACING = 2e-4
-"""[m] between the places that are kept for that."""
-
-ASKED = 600
-"""Contacts that are asked, evenly over the scan."""
-
-LEAST_FRICTION = 1e-3
-"""Of the force: below, friction does not tell how the sensor is turned about the normal."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TipCheck:
-    """What contacts say of the tip, and what was said of it.
-
-    Attributes:
-        agreement: By how much the contacts say that it is other.
-        tip: How well it is said to be known.
-        place_sd: How far off the sensor's calibration may leave contacts, sideways [m].
-    """
-
-    agreement: TipAgreement
-    tip: TipUncertainty
-    place_sd: float
-
-    def broken(self) -> Iterator[BrokenAssumption]:
-        """Return what does not agree; see `TipAgreement.broken`."""
-        return self.agreement.broken(self.tip, self.place_sd)
-
-
-def tip_check(
-    record: Record,
-    finger: FingerDescription,
-    kept: npt.NDArray[np.bool_],
-    tip: TipUncertainty,
-    place_sd: float,
-) -> TipCheck | None:
-    """Return what a scan says of the tip; None where it says nothing, as along a single line.
-
-    Args:
-        record: Of the run.
-        finger: That felt it.
-        kept: Which periods gave a point of the map, shape (n,).
-        tip: How well its fingertip is said to be known.
-        place_sd: How far off the sensor's calibration may leave contacts, sideways [m].
-    """
-    felt = np.flatnonzero(kept)
-    if not len(felt):
-        return None
-    found = point_normals(record.centroid[felt], record.normal[felt], radius=AROUND, spacing=SPACING, count=ASKED)
-    rows = felt[found.rows]
-    rubbing = np.linalg.norm(record.tangential_force[rows], axis=1) > LEAST_FRICTION * record.normal_force[rows]
-    rows, normal, bend = rows[rubbing], found.normal[rubbing], found.bend[rubbing]
-    if not len(rows):
-        return None
-    contacts = contacts_from_wrenches(finger.surface, record.wrench[rows])
-    base = _axes(record.normal[rows], record.tangential_force[rows])
-    sensor = _axes(contacts.normal, contacts.tangential_force)
-    turn = sensor @ base.transpose(0, 2, 1)
-    normal = np.einsum("nij,nj->ni", turn, normal)
-    agreement = tip_agreement(finger.surface, contacts, normal, turn @ bend @ turn.transpose(0, 2, 1))
-    return None if agreement is None else TipCheck(agreement, tip, place_sd)
-
-
-def _axes(normal: FloatArray, friction: FloatArray) -> FloatArray:
-    """Axes along normal, friction, and across both, as columns, shape (n, 3, 3)."""
-    along = friction / np.linalg.norm(friction, axis=1, keepdims=True)
-    return np.asarray(np.stack([normal, along, np.cross(normal, along)], axis=2), dtype=float)
-
-
-ERRORS = (
-    "Errors of the surface",
-    "Signed distances of the touched points from the true surface, positive outside, as shares of each run's "
-    "points. Narrow and about zero is good; outliers are counted in the outermost bins.",
-    "error of the points",
-    "µm",
+MISSED_EVENTS = frozenset(
+    {PathEvent.STEEP, PathEvent.LOST, PathEvent.UNREACHABLE, PathEvent.BLOCKED, PathEvent.OPEN}
 )
-"""Title, caption, quantity and unit of their figure."""
+"""Events of places that were planned and not felt; the other events belong to places that were felt."""
+
+
+def marks_text(marks: Sequence[Mark]) -> str:
+    """Return the number of marks of each event, for example "2 steep, 1 lost"; "none" without marks."""
+    counted = Counter(mark.event for mark in marks)
+    return ", ".join(f"{count} {event.value}" for event, count in counted.items()) or "none"
+
+
+def missed_marks(marks: Sequence[Mark]) -> tuple[Mark, ...]:
+    """Return the marks of places that were planned and not felt."""
+    return tuple(mark for mark in marks if mark.event in MISSED_EVENTS)
+
+
+def write_marks_csv(marks: Sequence[Mark], path: str | os.PathLike[str]) -> None:
+    """Write marks as CSV, in order: x_m, y_m, z_m in the base frame, event, radius_m, reason.
+
+    The radius is that of the surface, positive where it is convex; empty where none was felt.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("x_m", "y_m", "z_m", "event", "radius_m", "reason"))
+    for mark in marks:
+        radius = f"{mark.radius:z.6f}" if math.isfinite(mark.radius) else ""
+        writer.writerow((*(f"{value:.6f}" for value in mark.position), mark.event.value, radius, mark.reason))
+    with replacing(path) as file:
+        file.write(text.getvalue().encode())
 
 
 @dataclass(frozen=True, eq=False)
 class ExplorationResult(ShownResult):
-    """What an exploration found, and how it went.
+    """Result of an exploration.
 
-    What no metric of merit needs is computed when it is first asked for: a sweep never does.
+    Properties that no metric needs are computed at their first use: a sweep never computes them.
 
     Attributes:
-        plan: That was carried out.
-        run: How the run ended, and its timing.
+        plan: Plan of the run.
+        run: Ending and timing of the run.
         record: Every period.
-        set_force: Normal force asked for in every period, shape (n,) [N].
-        truth: What really happened, every period.
+        set_force: Target of the normal force in every period, shape (n,) [N].
+        truth: True contact in every period.
         cloud: Points on the object's surface, from the scan.
-        marks: Edges that were met and places that could not be felt, in order.
-        map: The touched surface with its uncertainty, its mesh, and which shape it is; None if nothing was
-            touched.
+        marks: Edges, and places that could not be felt, in order.
+        map: Touched surface with its uncertainty, mesh and shape; None without contacts.
         point_error: Distance of each point of the cloud to the true surface, positive outside, shape (n,) [m]; NaN
             on a robot.
         assumptions: Sensor zero and contact stiffness as the run showed them.
-        tip: What the contacts say of the fingertip; None where they say nothing.
-        changes: Which of the requested changes of live parameters took effect, and when.
-        stop_reason: Why an active exploration ended; None of others, and if it did not get so far.
-        shown_plans: Where the tip was going, as that changed.
+        tip: Assumptions about the fingertip that the contacts contradict; None if they cannot judge.
+        changes: Requested changes of live parameters, with the times at which they took effect.
+        stop_reason: Reason for the end of an active exploration; None of others, or before it ended.
+        shown_plans: Plans of the tip's path, each from its time on.
     """
 
     experiment = "explore"
@@ -151,24 +115,24 @@ class ExplorationResult(ShownResult):
     map: ExploredMap | None
     point_error: FloatArray
     assumptions: AssumptionCheck
-    tip: TipCheck | None = None
+    tip: tuple[BrokenAssumption, ...] | None = None
     changes: tuple[ChangeOutcome, ...] = ()
     stop_reason: StopReason | None = None
     shown_plans: Sequence[PlanChange] = ()
 
     @property
     def config(self) -> ExploreConfig:
-        """What was asked for, completed from the robot file."""
+        """Request, completed from the robot file."""
         return self.plan.config
 
     @property
     def claimed_map(self) -> ExploredMap | None:
-        """The map, if it claims anything."""
+        """The map; None if it claims no surface."""
         return self.map if self.map is not None and self.map.claimed.any() else None
 
     @cached_property
     def height_map(self) -> HeightMap | None:
-        """The map as heights on a grid, which can be explored again; None if nothing was touched from above."""
+        """The map as heights on a grid, which can be explored again; None if no contact was from above."""
         try:
             return HeightMap.from_cloud(self.cloud, self.config.map_spacing)
         except InvalidValueError:  # every contact was on a wall: the other files are written all the same
@@ -178,7 +142,7 @@ class ExplorationResult(ShownResult):
     def sphere(self) -> SphereShape | None:
         """The sphere nearest to points and normals; None where they do not determine one.
 
-        See `map.shape` for whether it is a sphere at all.
+        `map.shape` says whether the object is a sphere at all.
         """
         spacing = self.config.map_spacing
         thin = self.cloud.thinned(spacing)
@@ -191,39 +155,43 @@ class ExplorationResult(ShownResult):
         return found.shape if found.exists else None
 
     @cached_property
-    def growth(self) -> MapGrowth | None:
-        """How the map grew; None if there is none."""
+    def growth(self) -> "MapGrowth | None":
+        """Growth of the map; None without a map."""
+        from palpate.experiments.explore.map_growth import map_growth
+
         found = self.map
         if found is None:
             return None
-        worst, finest = found.worst, found.mesh.voxel
-        return map_growth(self.cloud, self.record, found.surface, self.shown_plans, worst=worst, finest=finest)
+        finest = found.mesh.voxel
+        return map_growth(
+            self.cloud, self.record, found.surface, self.shown_plans, line=found.is_line, finest=finest
+        )
 
     @property
     def coverage(self) -> float:
-        """Share of what could be felt along its path that is observed; NaN where nobody knows the surface."""
+        """Observed share of the surface that could be felt along the path; NaN if the true surface is unknown."""
         if not self.truth.known:
             return float("nan")
         return 0.0 if self.map is None else self.map.observed_share
 
     @property
     def scanning(self) -> npt.NDArray[np.bool_]:
-        """Which periods belong to the scan, shape (n,)."""
+        """Mask of the periods of the scan, shape (n,)."""
         return np.asarray(self.record.phase == Phase.SCAN.value)
 
     @property
     def true_normal_force(self) -> FloatArray:
-        """The simulation's contact force along the sensed normal, shape (n,) [N]; NaN where none was sensed."""
+        """True contact force along the sensed normal, shape (n,) [N]; NaN without a sensed contact."""
         return np.asarray(-np.sum(self.truth.force * self.record.normal, axis=1))
 
     @property
     def true_spin_torque(self) -> FloatArray:
-        """The simulation's contact torque along the sensed normal, shape (n,) [N m]; NaN likewise."""
+        """True contact torque along the sensed normal, shape (n,) [N m]; NaN without a sensed contact."""
         return np.asarray(np.sum(self.truth.torque * self.record.normal, axis=1))
 
     @property
     def force_rms(self) -> float:
-        """RMS error of the true normal force while scanning [N]."""
+        """RMS error of the true normal force while scanning [N]; NaN if unknown."""
         error = (self.true_normal_force - self.set_force)[self.scanning]
         return float(np.sqrt(np.nanmean(np.square(error)))) if error.size and self.truth.known else float("nan")
 
@@ -239,31 +207,47 @@ class ExplorationResult(ShownResult):
 
     @property
     def held_motion(self) -> float | None:
-        """How far what fingers hold moved in them, at most [m]; None if they hold nothing, NaN on a robot."""
+        """Largest motion of a held object or tool in the fingers [m]; None if nothing is held, NaN on a robot."""
         moved = self.truth.held_position
-        if not self.plan.holding:
+        if not self.plan.fingers[1:]:
             return None
         return float(np.max(np.linalg.norm(moved - moved[:1], axis=1))) if len(moved) else float("nan")
 
     def error_samples(self) -> tuple[ErrorSample, ...]:
-        """Return how far the points are off, for comparisons; none on a robot."""
-        return (ErrorSample(*ERRORS, 1e6 * self.point_error),) if self.truth.known else ()
+        """Return the errors of the points, for comparisons; none on a robot."""
+        if not self.truth.known:
+            return ()
+        caption = (
+            "Signed distances of the touched points from the true surface, positive outside, as shares of each "
+            "run's points. Narrow and about zero is good; outliers are counted in the outermost bins."
+        )
+        return (
+            ErrorSample("Errors of the surface", caption, "error of the points", "µm", 1e6 * self.point_error),
+        )
 
 
-def found_by(plan: ExplorationPlan, recorded: Recorded) -> ExplorationResult:
-    """Return what was found, however the run ended."""
+def evaluate(plan: ExplorationPlan, recorded: Recorded) -> ExplorationResult:
+    """Return the result of a run, however it ended."""
     config, record, strategy = plan.config, recorded.record(), recorded.controller.strategy
-    felt = ScanContacts.of(
-        record,
-        plan.finger,
-        half_compliance=plan.half_compliance,
-        sensed_force=config.force,
-        force_noise=config.noise[0],
-    )
-    cloud, set_force, truth = felt.cloud, _set_force(plan, recorded, record), recorded.contact_truth
-    assumptions = assumption_check(record, plan.finger, stiffness=config.stiffness, kept=felt_in_scan(record))
-    target = plan.target if truth.known else None
-    mapped = _map(plan, target, record, felt, set_force, assumptions, recorded.progress)
+    kept, set_force, truth = felt_in_scan(record), _set_force(plan, recorded, record), recorded.contact_truth
+    force_noise, moment_noise = config.noise
+    cloud, target = touch_cloud(plan, record), plan.target if truth.known else None
+    assumptions = assumption_check(record, plan.fingers[0], stiffness=config.stiffness, kept=kept)
+    mapped = tip = None
+    if len(cloud):
+        budget = map_budget(
+            record,
+            plan.fingers[0],
+            kept=kept,
+            set_force=set_force,
+            half_compliance=plan.half_compliance,
+            force_noise=force_noise,
+            moment_noise=moment_noise,
+            tip=plan.tip_uncertainty,
+            shown=assumptions.offset,
+        )
+        mapped = explored_map(plan, record, cloud, target, budget, recorded.progress)
+        tip = tip_findings(record, plan.fingers[0], kept=kept, tip=plan.tip_uncertainty, place_sd=budget.aside)
     return ExplorationResult(
         plan,
         recorded.run,
@@ -275,47 +259,15 @@ def found_by(plan: ExplorationPlan, recorded: Recorded) -> ExplorationResult:
         mapped,
         np.full(len(cloud), np.nan) if target is None else target.signed_distance(cloud.position),
         assumptions,
-        _tip(plan, record, mapped),
+        tip,
         recorded.change_outcomes(plan.changes(), Phase.SCAN),
         strategy.stop_reason if isinstance(strategy, Active) else None,
         recorded.observer.changes,
     )
 
 
-def _tip(plan: ExplorationPlan, record: Record, found: ExploredMap | None) -> TipCheck | None:
-    if found is None:
-        return None
-    return tip_check(record, plan.finger, felt_in_scan(record), plan.tip_uncertainty, found.budget.aside)
-
-
-def _map(
-    plan: ExplorationPlan,
-    target: SceneObject | None,
-    record: Record,
-    felt: ScanContacts,
-    set_force: FloatArray,
-    assumptions: AssumptionCheck,
-    progress: ProgressCallback,
-) -> ExploredMap | None:
-    if not len(felt.cloud):
-        return None
-    config = plan.config
-    budget = map_budget(
-        record,
-        plan.finger,
-        kept=felt_in_scan(record),
-        set_force=set_force,
-        half_compliance=plan.half_compliance,
-        force_noise=config.noise[0],
-        moment_noise=config.noise[1],
-        tip=plan.tip_uncertainty,
-    )
-    budget = replace(budget, shown=assumptions.offset)
-    return explored_map(felt, target, plan.scan, config, budget, plan.tip_uncertainty.size_sd, progress)
-
-
 def _set_force(plan: ExplorationPlan, recorded: Recorded, record: Record) -> FloatArray:
-    """The force asked for in every period [N], live or by a profile, as it was in the run."""
+    """Return the target of the force in every period [N], live or by a profile, as it was in the run."""
     profile = plan.profile
     if profile is None:
         return np.array(recorded.live_values("force", plan.controller().live))

@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import HELD, Assumption, BrokenAssumption, Verdict
-from palpate.experiments.explore.map_budget import MapBudget
+from palpate.experiments.explore.error_budget import MapBudget
 from palpate.mapping import (
     PrimitiveChoice,
     PrimitiveFit,

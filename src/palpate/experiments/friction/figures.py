@@ -12,12 +12,12 @@ from palpate.experiments.friction.slip_points import SurfacePoints
 from palpate.experiments.friction.stroke_curves import StrokeCurve
 from palpate.reporting.data import interval_words
 from palpate.reporting.figure import Axis, Figure, Panel
-from palpate.reporting.marks import Dash, Line, Mark, Points, Polygon, Rule, Span, Symbol
-from palpate.runtime.palette import FELT, INK_COLOUR, QUIET_COLOUR, SET, SIDE_BY_SIDE, TRUTH, Colour
+from palpate.reporting.marks import Dash, Line, Mark, Points, Polygon, Rule, Span, Symbol, look_of
+from palpate.runtime.palette import FELT, INK_COLOUR, QUIET_COLOUR, SET, SIDE_BY_SIDE, TRUTH
 
 MILLI = 1e3
 
-LOAD_COLOURS = tuple(SIDE_BY_SIDE[i] for i in (0, 3, 4, 5))
+LOAD_COLOURS = tuple(SIDE_BY_SIDE[i] for i in (0, 3, 4))
 """Of loads beside each other; what is true, and what was found of them all, have colours of their own."""
 
 ASSUMED = (
@@ -50,11 +50,13 @@ def stroke_figure(
     """
     if not strokes:
         return None
-    colours = _colours(sorted({stroke.load for stroke in strokes}))
+    loads = sorted({stroke.load for stroke in strokes})
     marks: list[Mark] = []
     for stroke in strokes:
-        name, dash = ("", Dash.DASHED) if stroke.back else (f"{stroke.load:g} N", Dash.SOLID)
-        marks.append(Line(MILLI * stroke.travel, stroke.ratio, name, colours[stroke.load], 1.2, dash))
+        name = "" if stroke.back else f"{stroke.load:g} N"
+        dashes = (Dash.DASHED, Dash.DOTTED) if stroke.back else (Dash.SOLID, Dash.DASH_DOT)
+        colour, dash, _, thicker = look_of(loads.index(stroke.load), LOAD_COLOURS, dashes)
+        marks.append(Line(MILLI * stroke.travel, stroke.ratio, name, colour, 1.2 * thicker, dash))
     slipped = [each for each in friction if not each.bound]
     if slipped:
         low, high = min(each.lower for each in slipped), max(each.upper for each in slipped)
@@ -111,10 +113,11 @@ def surface_figure(found: SurfacePoints) -> Figure:
         q = found.true.norm_exponent
         marks.append(Line(*_curve(q), f"true, p = {q:.3g}", TRUTH, dash=Dash.DASHED))
     rounded = np.round(found.loads, 1)
-    for load, colour in _colours(sorted(set(rounded.tolist()))).items():
+    for i, load in enumerate(sorted(set(rounded.tolist()))):
         at = rounded == load
         (x, y), (aside, upwards) = found.points[at].T, found.errors[at].T
-        dots = Points(x, y, f"at {load:g} N", colour, 6.0)
+        colour, _, symbol, thicker = look_of(i, LOAD_COLOURS)
+        dots = Points(x, y, f"at {load:g} N", colour, 6.0 * thicker, symbol)
         marks.append(replace(dots, x_error=np.tile(aside, (2, 1)), y_error=np.tile(upwards, (2, 1))))
     return Figure(
         title="Limit surface",
@@ -225,10 +228,6 @@ def _with_intervals(intervals: Sequence[Interval], unit: float, across: float = 
         Points(places(bounds), values(bounds), "at least", QUIET_COLOUR, 9.0, Symbol.TRIANGLE),
     )
     return [mark for mark in marks if len(mark.x)]
-
-
-def _colours(loads: Sequence[float]) -> dict[float, Colour]:
-    return {load: LOAD_COLOURS[i % len(LOAD_COLOURS)] for i, load in enumerate(loads)}
 
 
 def _curve(p: float) -> tuple[FloatArray, FloatArray]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from palpate.experiments.grasp.config import GraspConfig
+from palpate.experiments.grasp.findings import FINDINGS
 from palpate.experiments.grasp.metrics import METRICS
 from palpate.experiments.kit.experiment import ExperimentDefaults
 
@@ -17,21 +18,22 @@ if TYPE_CHECKING:
 
 
 class GraspObject(ExperimentDefaults):
-    """Holds an object with two or three fingers. An `Experiment`."""
+    """Holds an object with two or three fingers."""
 
     name = "grasp"
     summary = "Hold an object that is pulled at so that it neither slips nor spins, and show what grip it took."
     Config = GraspConfig
     metrics = METRICS
+    findings = FINDINGS
 
-    def plan(self, config: GraspConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "GraspPlan":
-        """See `palpate.experiments.grasp.plan.plan`."""
+    def plan(self, config: GraspConfig, robot: "Robot | None", attachments: Mapping[str, str]) -> "GraspPlan":
+        """Check and build everything; nothing moves."""
         from palpate.experiments.grasp.plan import plan
 
-        return plan(config, robot, texts)
+        return plan(config, robot, attachments)
 
     def evaluate(self, plan: "GraspPlan", recorded: "Recorded") -> "GraspResult":
-        """Return what came of it."""
+        """Return the result of a run."""
         from palpate.experiments.grasp.result import grasp_of
 
         return grasp_of(plan, recorded)
@@ -40,7 +42,7 @@ class GraspObject(ExperimentDefaults):
         """Return the report."""
         from palpate.experiments.grasp.report import grasp_report
 
-        return grasp_report(result)
+        return grasp_report(self, result)
 
     def files(self, result: "GraspResult") -> "Mapping[str, Writer]":
         """Return grip, slip and spin over time as a table."""

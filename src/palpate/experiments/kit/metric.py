@@ -15,6 +15,9 @@ MetricValue = float | int | bool | str | None
 NOT_KNOWN = "not known on a robot"
 """Text in the row of a metric that only a simulation knows."""
 
+MAX_ROUNDING = 1e-12
+"""Largest rounding error in the unit of a row; smaller values are shown as 0."""
+
 
 def _always(result: Any) -> bool:
     return True
@@ -76,7 +79,8 @@ class Metric:
         factor = 1.0 / UNITS[unit][1] if unit in UNITS else 1.0
         ends = None if self.interval is None else self.interval(result)
         if ends is None:
-            return Quantity(self.meaning, value if factor == 1.0 else factor * value, unit, note, self.digits)
+            shown = value if factor == 1.0 else factor * value
+            return Quantity(self.meaning, 0.0 if abs(shown) < MAX_ROUNDING else shown, unit, note, self.digits)
         scaled = factor * value, factor * ends[0], factor * ends[1]
         notes = "; ".join(each for each in (interval_words(*scaled), note) if each)
         return Quantity(self.meaning, value_words(*scaled), unit, notes)

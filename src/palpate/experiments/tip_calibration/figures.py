@@ -1,6 +1,7 @@
 """Figures of a tip calibration: the tip typed and found with the touches on it, and what is left over."""
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -9,9 +10,10 @@ from palpate.experiments.tip_calibration.found_tip import found_points
 from palpate.experiments.tip_calibration.places import tip_points
 from palpate.experiments.tip_calibration.result import TipCalibrationResult
 from palpate.reporting.figure import Axis, Figure, Panel, Space
-from palpate.reporting.marks import Band, Colouring, ColourScale, Mark, Points, Rule
+from palpate.reporting.marks import Band, Colouring, ColourScale, Mark, Points, Rule, look_of
+from palpate.reporting.report import FigureSource
 from palpate.reporting.solids import Solid, Spots, Surface
-from palpate.runtime.palette import BOUND, FELT, QUIET_COLOUR, SET, SIDE_BY_SIDE, TRUTH, Colour
+from palpate.runtime.palette import BOUND, FELT, QUIET_COLOUR, SET, TRUTH
 from palpate.sensing.tip_calibration import TipFit
 
 TURNS, RINGS = 48, 25
@@ -20,12 +22,12 @@ TURNS, RINGS = 48, 25
 MICRO = 1e6
 
 
-def calibration_figures(result: TipCalibrationResult) -> Iterator[Figure]:
+def calibration_figures(result: TipCalibrationResult) -> Iterator[FigureSource]:
     """Return the figures; none without touches."""
     if result.fit is not None:
-        yield tip_figure(result, result.fit)
-        yield residual_figure(result.fit)
-        yield time_figure(result.fit)
+        yield partial(tip_figure, result, result.fit)
+        yield partial(residual_figure, result.fit)
+        yield partial(time_figure, result.fit)
 
 
 def tip_figure(result: TipCalibrationResult, fit: TipFit) -> Figure:
@@ -72,7 +74,7 @@ def residual_figure(fit: TipFit) -> Figure:
         marks: list[Mark] = [Band(rows, -expected, expected, "95 % as expected", QUIET_COLOUR)]
         for j, target in enumerate(fit.unknowns.targets):
             at = fit.touches.target == j
-            marks.append(Points(rows[at], MICRO * fit.residuals[at, k], target.name, _colour(j), 6.0))
+            marks.append(_dots(rows[at], MICRO * fit.residuals[at, k], target.name, j))
         marks.append(Rule(0.0, "", QUIET_COLOUR, upright=False))
         panels.append(Panel(tuple(marks), Axis("number of the touch"), Axis(name, "um"), height=220))
     return Figure(
@@ -91,7 +93,7 @@ def time_figure(fit: TipFit) -> Figure:
     gap, panels = MICRO * fit.residuals[:, 0], []
     for x, axis in ((force, Axis("normal force", "N")), (time, Axis("time", "s"))):
         marks: list[Mark] = [
-            Points(x[at], gap[at], target.name, _colour(j), 6.0)
+            _dots(x[at], gap[at], target.name, j)
             for j, target in enumerate(fit.unknowns.targets)
             if (at := fit.touches.target == j).any()
         ]
@@ -108,8 +110,9 @@ def time_figure(fit: TipFit) -> Figure:
     )
 
 
-def _colour(target: int) -> Colour:
-    return SIDE_BY_SIDE[target % len(SIDE_BY_SIDE)]
+def _dots(x: FloatArray, y: FloatArray, name: str, target: int) -> Points:
+    colour, _, symbol, _ = look_of(target)
+    return Points(x, y, name, colour, 6.0, symbol)
 
 
 def _even(values: FloatArray) -> dict[str, float]:

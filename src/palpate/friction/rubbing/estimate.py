@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from scipy.stats import norm, t
+from scipy.special import ndtri, stdtrit  # scipy.stats takes half a second to import
 
 from palpate.errors import InvalidValueError, check_not_negative, check_positive
 
@@ -33,8 +33,8 @@ class Estimate:
         """Return where the true value lies with a probability of `level`."""
         if not 0.0 < level < 1.0:
             raise InvalidValueError(f"level = {level!r}: must lie between 0 and 1")
-        known = float(norm.ppf(0.5 + 0.5 * level))
-        seen = float(t.ppf(0.5 + 0.5 * level, self.freedom)) if math.isfinite(self.freedom) else known
+        known = float(ndtri(0.5 + 0.5 * level))
+        seen = float(stdtrit(self.freedom, 0.5 + 0.5 * level)) if math.isfinite(self.freedom) else known
         half = math.hypot(seen * self.noise, known * self.model)
         return self.value - half, self.value + half
 

@@ -18,8 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.stats import norm
-from scipy.stats import t as student
+from scipy.special import ndtri, stdtrit  # scipy.stats takes half a second to import
 
 from palpate.errors import FloatArray
 from palpate.estimation import HELD, Assumption, BrokenAssumption, Verdict
@@ -318,7 +317,7 @@ def _fit(data: SlipLoads, search: _Search, found: _Found, scatter_found: bool) -
     if scatter_found:
         # seen with few degrees of freedom: Student's quantile over the normal's, so that 1.96 deviations hold 95 %
         freedom = max(data.measured.size - free - 1, 2)
-        covariance = covariance * (student.ppf(0.975, freedom) / norm.ppf(0.975)) ** 2
+        covariance = covariance * (stdtrit(freedom, 0.975) / ndtri(0.975)) ** 2
     # from e at the middle force to c, that at 1 N
     to_one = np.eye(4)
     to_one[1, 2] = -math.log(data.middle_force)

@@ -1,5 +1,6 @@
 """Reading a log, whole or damaged: what comes out is what went in, or it does not come out."""
 
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
@@ -17,6 +18,7 @@ from palpate.runtime.log.entries import Event
 from palpate.runtime.log.entry_codec import Entry
 from palpate.runtime.log.heading import Heading, decode_heading
 from palpate.runtime.log.log import Log
+from palpate.runtime.log.log_path import log_in
 from palpate.runtime.log.mcap_builder import HEADING_NAME
 from palpate.runtime.log.mcap_walk import DamageError, McapWalk, RawRecord, attachment_of, chunk_of
 from palpate.runtime.log.period_codec import PeriodCodec
@@ -33,11 +35,11 @@ MOST_DAMAGE = 1000
 _OPENING = (Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL)
 
 
-def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Log:
+def read_log(path: str | os.PathLike[str], progress: Callable[[float], None] | None = None) -> Log:
     """Read a log into memory, or as much of it as is undamaged and fits `LARGEST_LOG`; see `LogReader`.
 
     Args:
-        path: The file.
+        path: The file, or a folder with its latest log.
         progress: Told now and then which fraction has been read.
 
     Raises:
@@ -47,7 +49,8 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Log
     """
     sequence: list[npt.NDArray[np.int64]] = []
     values: list[FloatArray] = []
-    with LogReader(path) as reader:
+    place = log_in(Path(path)) if Path(path).is_dir() else Path(path)
+    with LogReader(place) as reader:
         room = LARGEST_LOG
         for piece in reader.pieces(progress):
             room -= piece.values.nbytes
@@ -60,7 +63,7 @@ def read_log(path: Path, progress: Callable[[float], None] | None = None) -> Log
             sequence.append(piece.sequence)
             values.append(piece.values)
     return Log(
-        path=path,
+        path=place,
         codec=reader.codec,
         attachments=reader.attachments,
         sequence=np.concatenate(sequence) if sequence else np.empty(0, np.int64),

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import chi2
+from scipy.special import chdtrc  # scipy.stats takes half a second to import
 
 from palpate.errors import FloatArray
 from palpate.estimation import Assumption, BrokenAssumption, Verdict
@@ -158,7 +158,7 @@ def _moved(fit: WeightedFit) -> Iterator[BrokenAssumption]:
         tests += 1
         if gain > best:
             best, place = gain, k
-    if tests and chi2.sf(best, 3) * tests < CHANCE:
+    if tests and chdtrc(3, best) * tests < CHANCE:
         time = float(fit.equations.touches.time[order[place]])
         yield BrokenAssumption(
             Assumption.WHITE_IN_TIME,
@@ -181,7 +181,7 @@ def _soft_target(fit: WeightedFit) -> Iterator[BrokenAssumption]:
     column = equations.by_softness(fit.solved)
     gains = [(fit.gain((column * (at == j)[:, None])[:, :, None]), int(j)) for j in there]
     gain, j = max(gains)
-    if chi2.sf(gain, 1) * len(gains) < CHANCE:
+    if chdtrc(1, gain) * len(gains) < CHANCE:
         yield BrokenAssumption(
             Assumption.CONSISTENT,
             f"the skin looks of another stiffness on {targets[j].name} than on the others, chi square falls by "
@@ -196,7 +196,7 @@ def _soft_share(fit: WeightedFit) -> Iterator[BrokenAssumption]:
     if fit.standard_error(columns) > SHARE_TOLD:
         return
     gain = fit.gain(columns)
-    if chi2.sf(gain, 1) < CHANCE:
+    if chdtrc(1, gain) < CHANCE:
         yield BrokenAssumption(
             Assumption.CONSISTENT,
             f"contacts lie elsewhere than where a skin on hard targets has them, chi square falls by {gain:.0f}",
@@ -214,7 +214,7 @@ def _off_shape(fit: WeightedFit) -> Iterator[BrokenAssumption]:
         return
     columns = fit.equations.by_deviations(fit.values, fit.solved, COUNTS[2])
     gain = fit.gain(columns)
-    if chi2.sf(gain, COUNTS[2]) < CHANCE:
+    if chdtrc(COUNTS[2], gain) < CHANCE:
         yield BrokenAssumption(
             Assumption.WHITE_IN_DIRECTION,
             f"the tip is no {unknowns.tip.shape.kind}: a field of second order lowers chi square by {gain:.0f}",
@@ -227,7 +227,7 @@ def _outliers(fit: WeightedFit) -> Iterator[BrokenAssumption]:
     studentised = np.abs(fit.each) / np.sqrt(free)
     worst = int(np.argmax(studentised.max(axis=1)))
     size = float(studentised[worst].max())
-    if chi2.sf(size**2, 1) * studentised.size < CHANCE:
+    if chdtrc(1, size**2) * studentised.size < CHANCE:
         name = fit.equations.unknowns.targets[fit.equations.touches.target[worst]].name
         yield BrokenAssumption(
             Assumption.NO_OUTLIERS,
@@ -240,7 +240,7 @@ def _noise(fit: WeightedFit) -> Iterator[BrokenAssumption]:
     levers = fit.each[:, 1:]
     free = float(np.sum(1.0 - fit.leverage[:, 1:]))
     square = float(np.sum(levers**2))
-    if free > 1.0 and chi2.sf(square, free) < CHANCE:
+    if free > 1.0 and chdtrc(free, square) < CHANCE:
         yield BrokenAssumption(
             Assumption.NOISE_LEVEL,
             f"moments are {np.sqrt(square / free):.1f} times as far off as their noise explains",

@@ -12,7 +12,7 @@ from typing import NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import least_squares
-from scipy.stats import t as student
+from scipy.special import stdtrit  # scipy.stats takes half a second to import
 
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import Verdict
@@ -73,7 +73,7 @@ class TipFit:
 
     def half_widths(self, level: float = 0.95) -> FloatArray:
         """Return the half-widths of confidence intervals, shape (P,)."""
-        return np.asarray(self.sd * student.ppf(0.5 + 0.5 * level, max(self.degrees, 1.0)))
+        return np.asarray(self.sd * stdtrit(max(self.degrees, 1.0), 0.5 + 0.5 * level))
 
     @property
     def center(self) -> FloatArray:
