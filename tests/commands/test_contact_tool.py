@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from palpate import ContactStatus, Cylinder, Ellipsoid, Plane, Sphere, contacts_from_wrenches
 from palpate.commands.command_result import ExitCode
@@ -120,6 +121,37 @@ def test_the_fingertip_is_the_one_that_was_described():
     assert plane.half_lengths == (np.inf, np.inf, 0.01)
     assert isinstance(ellipsoid, Ellipsoid)
     assert ellipsoid.half_lengths == TIP
+
+
+def test_a_mesh_has_the_size_of_a_fingertip_in_metres_or_by_its_scale(tmp_path):
+    def mesh_of(radius):
+        trimesh.creation.icosphere(2, radius).export(tmp_path / f"{radius}.stl")
+        return {"ellipsoid": None, "mesh": tmp_path / f"{radius}.stl"}
+
+    text = "\n".join([HEADER, *lines_of(WRENCHES)])
+    for radius, options in ((12.5, {}), (0.0125, {"scale": 1e-3})):
+        with pytest.raises(InvalidValueError, match=r"is .* m long .* must be 0\.0001 to 0\.5 m.*--scale 0\.001"):
+            convert(tmp_path, text, **mesh_of(radius), **options)
+    metres, millimetres = (
+        convert(tmp_path, text, **mesh_of(0.0125)),
+        convert(tmp_path, text, **mesh_of(12.5), scale=1e-3),
+    )
+    for a, b in zip(metres, millimetres, strict=True):
+        assert a["status"] == b["status"] == "OK"
+        assert np.hypot.reduce(vector(a, "centroid", "_m")) < 0.013
+        np.testing.assert_allclose(vector(b, "centroid", "_m"), vector(a, "centroid", "_m"), atol=1e-7)
+
+
+def test_an_uncertain_fingertip_gives_standard_deviations(tmp_path):
+    """Size, place and turn, each by itself; a sphere that is turned about its centre stays itself."""
+    text = "\n".join([HEADER, *lines_of(WRENCHES)])
+    told = [
+        numbers(convert(tmp_path, text, ellipsoid=None, sphere=0.012, tip_sd=sd)[0], "centroid_sd_x_m")[0]
+        for sd in ((1e-4, 0.0, 0.0), (0.0, 1e-4, 0.0), (0.0, 0.0, 1e-2))
+    ]
+    assert 1e-6 < told[0] < 1e-3
+    assert 5e-5 < told[1] < 1e-3
+    assert told[2] < 1e-9
 
 
 # --- what goes in ------------------------------------------------------------------------------------------------

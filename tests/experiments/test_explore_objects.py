@@ -173,8 +173,20 @@ def test_a_height_map_that_was_explored_can_be_explored_again(tmp_path):
     assert np.array_equal(field.heights, Z)
     holed = np.where(Z > 0.0029, np.nan, Z)
     write_height_map_csv(HeightMap(X[0], Y[:, 0], holed, np.zeros_like(Z), 0.0), tmp_path / "holed.csv")
-    with pytest.raises(InvalidValueError, match=rf"{np.isnan(holed).sum()} of 2501 points.*no height"):
-        load_heights(tmp_path / "holed.csv", 1.0, ())
+    count = np.isnan(holed).sum()
+    field = load_heights(tmp_path / "holed.csv", 1.0, ())
+    assert 0 < count == field.untouched
+    there = ~np.isnan(holed)
+    assert np.array_equal(field.heights[there], Z[there])
+    touched = np.column_stack([X[there], Y[there]])
+    for x, y, z in zip(X[~there], Y[~there], field.heights[~there], strict=True):  # of a nearest touched place
+        distance = np.hypot(*(touched - [x, y]).T)
+        assert z in Z[there][distance < distance.min() + 1e-12]
+    again = read_heights_text(heights_text(field), "object.csv")
+    assert again.untouched == count
+    assert np.array_equal(again.parameters, field.parameters)
+    told = plan_of(ExploreConfig(object="height-field", file=tmp_path / "holed.csv", **SMALL)).dry_run().notes
+    assert f"{count} of 2501 places of the height field were not touched" in " ".join(told)
 
 
 def map_with(tmp_path, points):
