@@ -61,7 +61,7 @@ _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
 
 
 class ByteSource(Protocol):
-    """A binary stream that gives what has arrived."""
+    """A binary stream that gives its bytes as they arrive."""
 
     def read1(self, size: int = -1, /) -> bytes:
         """Return at least one byte and at most `size`; none at the end."""

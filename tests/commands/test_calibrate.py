@@ -21,8 +21,7 @@ from palpate.commands.calibrate.config import (
     PresetName,
     TareConfig,
 )
-from palpate.commands.calibrate.live import stage_backend, take_readings
-from palpate.commands.calibrate.measurements import measured_poses, read_measurements
+from palpate.commands.calibrate.measurements import measured_poses, read_measurements, stage_backend, take_readings
 from palpate.commands.calibrate.run import preset_sensor
 from palpate.commands.typed_options import read_options
 from palpate.errors import InvalidValueError

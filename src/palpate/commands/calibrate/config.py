@@ -109,13 +109,13 @@ class MatrixConfig:
     """Temperature of the sensor in use [degrees Celsius], at which the calibration is to hold; the file needs a
     column temperature_C. Left out: the mean of that column."""
     rotation: RotationOrder = "base-from-sensor"
-    """With weights in poses: what rotations and quaternions map."""
+    """With weights in poses: mapping of rotations and quaternions."""
     up: tuple[float, float, float] = option((0.0, 0.0, 1.0), check=_check_direction)
     """With weights in poses: upward direction in base coordinates."""
     gravity: _Gravity = option(None, "m/s^2", bound="positive")
     """With weights in poses: local g [m/s^2]. Left out: 9.80665."""
     report: Annotated[Path | None, tyro.conf.arg(metavar="REPORT.HTML")] = None
-    """Write a report, too: models, residuals, and what they mean for contacts."""
+    """Write a report, too: models, residuals, and the uncertainty of contacts."""
     tip_radius: Annotated[float | None, tyro.conf.arg(metavar="R")] = option(
         None, "m", bound="positive", within=(0.0, _MAX_TIP), remark="; millimetres?"
     )
@@ -149,7 +149,7 @@ class _PosesConfig:
     """Local g [m/s^2]: 9.780 at the equator to 9.832 at the poles. Left out: 9.80665, and the mass is uncertain by
     0.15 % on this account."""
     averaged: int = option(1, within=(1, _MAX_AVERAGED))
-    """How many readings each row is the average of: the noise is less by the square root of it."""
+    """Number of readings that each row is the average of: the noise falls with the square root of this number."""
     channels: _Channels = option((), check=_check_names)
     """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
 
@@ -179,7 +179,7 @@ class PayloadConfig(_PosesConfig):
     """
 
     rotation: RotationOrder = "base-from-sensor"
-    """What rotations and quaternions map: sensor to base coordinates, or the inverse."""
+    """Mapping of rotations and quaternions: from sensor to base coordinates, or the inverse."""
 
     def run(self) -> "CommandResult":
         """Find payload and bias, print them, and put them into the sensor file."""
@@ -204,7 +204,7 @@ class MountingConfig(_PosesConfig):
     """
 
     rotation: FlangeOrder = "base-from-flange"
-    """What rotations and quaternions map: flange to base coordinates, or the inverse."""
+    """Mapping of rotations and quaternions: from flange to base coordinates, or the inverse."""
 
     def run(self) -> "CommandResult":
         """Find the rotation, print it, and put payload and bias into the sensor file."""
@@ -265,7 +265,7 @@ class TareConfig:
     unknown_bias: Annotated[
         tuple[float, float, float, float, float, float] | None, tyro.conf.arg(metavar="FX FY FZ MX MY MZ")
     ] = None
-    """With --live stage: what the simulated sensor shows without load [N, N m], to be found."""
+    """With --live stage: bias of the simulated sensor [N, N m], which the tare should find."""
     seed: int = 0
     """With --live stage: seed of the noise."""
 

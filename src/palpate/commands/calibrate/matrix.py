@@ -1,6 +1,5 @@
 """`palpate calibrate matrix`: the calibration of raw channels from known loads, and the report on it."""
 
-import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -24,6 +23,7 @@ from palpate.commands.command_result import CommandResult
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import Verdict
 from palpate.experiments.kit.output_folder import check_file
+from palpate.experiments.kit.run_report import command_line
 from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Points, Rule
 from palpate.reporting.page import write_report
@@ -106,7 +106,7 @@ def calibrate_matrix(config: MatrixConfig) -> CommandResult:
     show_rows(console, f"Calibration from {choice.proposed.load_count} loads", verdict, rows)
     report = () if config.report is None else (config.report,)
     for path in report:
-        write_report(_report(_Found(choice, verdict, sensor, rows, models), config), path)
+        write_report(_report(config, sensor, choice, verdict, rows, models), path)
 
     def updated() -> SensorFile:
         step = f"matrix: {len(given.wrench)} known loads, {config.loads.name}, {choice.proposed.model}"
@@ -197,31 +197,18 @@ class _FeltContact:
     normal_force: float
 
 
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """A calibration of raw channels.
-
-    Attributes:
-        choice: The models.
-        verdict: Verdict on the proposed model; compares it with the sensor's former calibration, too.
-        sensor: Sensor file before the calibration.
-        rows: Results.
-        models: Table of the models.
-    """
-
-    choice: CalibrationChoice
-    verdict: Verdict
-    sensor: SensorFile
-    rows: list[Row]
-    models: TextTable
-
-
-def _report(found: _Found, config: MatrixConfig) -> Report:
-    choice, ranges = found.choice, np.array(found.sensor.axis_limits)
-    fit = choice.proposed
+def _report(
+    config: MatrixConfig,
+    sensor: SensorFile,
+    choice: CalibrationChoice,
+    verdict: Verdict,
+    rows: list[Row],
+    models: TextTable,
+) -> Report:
+    fit, ranges = choice.proposed, np.array(sensor.axis_limits)
     radius = _TIP_RADIUS if config.tip_radius is None else config.tip_radius
     felt = _felt_contacts(fit, Sphere(radius, center=np.array(config.tip_center)), ranges)
-    error, *others = [row for row in found.rows if row.meaning and np.ndim(np.asarray(row.value)) == 0]
+    error, *others = [row for row in rows if row.meaning and np.ndim(np.asarray(row.value)) == 0]
     worst = "95 %, the worst direction"
     at = min(felt, key=lambda each: abs(each.force - _SHOWN_FORCE), default=None)
     contacts = [] if at is None else [
@@ -230,11 +217,11 @@ def _report(found: _Found, config: MatrixConfig) -> Report:
     ]  # fmt: skip
     center = ", ".join(f"{1e3 * x:g}" for x in config.tip_center)
     return Report(
-        f"Calibration of {found.sensor.model} {found.sensor.serial_number}",
-        f"{fit.model} is {'proposed' if found.verdict.ok else 'the best, but not to be used'}: {choice.reason}.",
+        f"Calibration of {sensor.model} {sensor.serial_number}",
+        f"{fit.model} is {'proposed' if verdict.ok else 'the best, but not to be used'}: {choice.reason}.",
         tuple(quantity for row in (error, *contacts, *others) for quantity in row.quantities()),
         (
-            Section("Models, by loads that they never saw", (found.models,)),
+            Section("Models, by loads that they never saw", (models,)),
             Section("Errors against the load", (Figures(lambda: [_by_load(fit, ranges)]),)),
             Section("Errors by direction", (_by_direction(fit, ranges),)),
             Section(
@@ -251,10 +238,10 @@ def _report(found: _Found, config: MatrixConfig) -> Report:
             *_temperature(choice, ranges),
         ),
         asked=f"a calibration from {fit.load_count} known loads in {config.loads.name}",
-        advice=tuple(f"{broken.finding}: {broken.remedy}." for broken in found.verdict.broken),
-        repeat=(("The same again:", _typed(config)),),
+        advice=tuple(f"{broken.finding}: {broken.remedy}." for broken in verdict.broken),
+        repeat=(("The same again:", command_line("calibrate.matrix", config)),),
         footer="Wrenches are what acts on the tip side of the sensor, about its origin.",
-        reached=found.verdict.ok,
+        reached=verdict.ok,
     )
 
 
@@ -354,19 +341,6 @@ def _temperature(choice: CalibrationChoice, ranges: FloatArray) -> Iterator[Sect
         "tare takes the zero's drift off; that of the sensitivity remains."
     )
     yield Section("Temperature", (Paragraph(text), TextTable(rows, heads=("axis", "zero", "", ""))))
-
-
-def _typed(config: MatrixConfig) -> str:
-    words = ["palpate", "calibrate", "matrix", "--loads", str(config.loads), "--sensor", str(config.sensor)]
-    given = {"--raw-unit": [config.raw_unit], "--channels": config.channels, "--raw-range": config.raw_range or ()}
-    for name, values in given.items():
-        if any(str(value) for value in values):
-            words += [name, *map(str, values)]
-    for name in ("temperature", "tip_radius", "gravity"):
-        if (value := getattr(config, name)) is not None:
-            words += [f"--{name.replace('_', '-')}", repr(value)]
-    words += ["--tip-center", *map(repr, config.tip_center)]
-    return shlex.join([*words, "--report", str(config.report)])
 
 
 def _plus_minus(value: float) -> str:

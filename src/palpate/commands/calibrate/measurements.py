@@ -1,16 +1,19 @@
-"""Measurements for calibrations from CSV files: wrenches, raw channels, poses and known loads.
+"""Measurements for calibrations: wrenches, raw channels, poses and known loads from CSV files, and live readings.
 
 A column `raw_0`, `raw_1`, ... holds a raw channel of the sensor. Poses are directions of gravity (gx, gy, gz),
 unit quaternions (qw, qx, qy, qz) or rotation matrices by rows (r00, ..., r22).
 """
 
+import math
 import re
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from palpate.commands.calibrate.config import MAX_RAW, FlangeOrder, RotationOrder
+from palpate.commands.calibrate.config import MAX_RAW, FlangeOrder, RotationOrder, TareConfig
 from palpate.csv_table import (
     LENGTH_UNITS,
     MASS_UNITS,
@@ -24,6 +27,7 @@ from palpate.csv_table import (
     read_csv_text,
 )
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.runtime import Backend, Command, WrenchSample
 from palpate.sensing.ft import SensorFile
 from palpate.sensing.ft.arrays import AXES
 from palpate.sensing.ft.left_out import equal_loads
@@ -41,6 +45,16 @@ _ROTATION = {f"r{i}{j}": NO_UNITS for i in range(3) for j in range(3)}
 _MASS = {"mass": MASS_UNITS}
 _CENTER = dict.fromkeys(("com_x", "com_y", "com_z"), LENGTH_UNITS)
 _TEMPERATURE = {"temperature_c": NO_UNITS}
+_MIN_TIP_MASS = 1e-6
+"""Mass of a simulated tip if the sensor file names no payload [kg]: a simulated body needs some,
+which weighs 10 uN."""
+
+_STAGE_PERIOD = 1e-3
+"""Control period of the simulated stage [s]."""
+
+_SETTLE_TIME = 0.2
+"""Time at rest before readings count [s]: 20 time constants of the stage's servos."""
+
 _RAW = re.compile(r"raw[_ ]?(?P<number>\d{1,3})" + UNIT_PATTERN, re.IGNORECASE | re.ASCII)
 
 
@@ -285,3 +299,93 @@ def _refuse_beyond(table: CsvTable, wrench: FloatArray, limits: Wrench, remedy: 
             i,
             f"{AXES[j]} is {wrench[i, j]:g} {AXIS_UNITS[j]}: beyond the sensor's range of {limits[j]:g}; {remedy}",
         )
+
+
+# --- live readings -----------------------------------------------------------------------------------------------
+
+
+def take_readings(backend: Backend, duration: float) -> tuple[FloatArray, Vector]:
+    """Return the readings of a back end's first sensor while it stands still, and close the back end.
+
+    Args:
+        backend: Simulated or real back end.
+        duration: Time of readings [s], after `_SETTLE_TIME`.
+
+    Returns:
+        Wrenches as the device gives them, shape (n, 6) [N, N m], and the mean specific force [m/s^2], both in the
+        sensor frame. A sample that the device had not renewed since the period before counts once.
+
+    Raises:
+        InvalidValueError: If the back end has no sensor, or no new reading.
+    """
+    taken: list[WrenchSample] = []
+    stands = Command()  # no velocity
+    with backend:
+        backend.pacer.start()
+        try:
+            sample = backend.start()
+            if not sample.wrenches:
+                raise InvalidValueError("the back end has no force/torque sensor")
+            for _ in range(math.ceil(_SETTLE_TIME / backend.period)):
+                sample = backend.step(stands)
+            before = sample.wrenches[0].time
+            for _ in range(math.ceil(duration / backend.period)):
+                reading = backend.step(stands).wrenches[0]
+                if reading.time != before:
+                    taken.append(reading)
+                before = reading.time
+        finally:
+            backend.pacer.stop()
+    if not taken:
+        raise InvalidValueError(f"the sensor gave no new reading in {duration:g} s")
+    x, y, z = np.mean([reading.acceleration for reading in taken], axis=0).tolist()
+    return np.array([reading.wrench for reading in taken]), (x, y, z)
+
+
+@contextmanager
+def robot_backend(name: str) -> Iterator[Backend]:
+    """Give the devices of a robot, not tared; the emulators of an emulated robot run meanwhile.
+
+    Args:
+        name: Name of a robot with real or emulated devices.
+
+    Raises:
+        InvalidValueError: If there is no such robot, it has no devices, or its first sensor gives raw channels.
+        DeviceError: If emulators do not start.
+    """
+    # imported here: clients of devices take a second that the other tasks need not wait for
+    from palpate.robots.rig import assembled
+    from palpate.robots.values import named_devices
+
+    with named_devices(name) as robot:
+        rig = assembled(robot, robot.file.period)
+        if not rig.fingers[0].gives_wrenches:
+            raise InvalidValueError(
+                f"robot = {name}: its sensor file calibrates raw channels, which are not tared here; give "
+                "--readings, with columns raw_0, raw_1, ..."
+            )
+        yield rig
+
+
+def stage_backend(config: TareConfig, sensor: SensorFile) -> Backend:
+    """Return the simulated stage, above an object, with payload and noise of the sensor file.
+
+    Raises:
+        InvalidValueError: If the stage cannot carry that payload.
+    """
+    # imported here: the simulator takes a second that the other tasks need not wait for
+    from palpate.sim import ContactLaw, MujocoBackend, SphereObject, Tip, build_scene, white_noise
+    from palpate.surfaces import Sphere
+
+    radius, clearance = 0.008, 0.01
+    center = sensor.payload.center_of_mass
+    tip = Tip(Sphere(radius, center=np.array(center)), max(sensor.payload.mass, _MIN_TIP_MASS))
+    target = SphereObject(0.04)
+    height = target.top + radius + clearance + abs(center[2])
+    law = ContactLaw(stiffness=20e3, friction=0.3, spin_length=0.004, smallest_force=0.2)
+    force = max(sensor.noise_force) if config.force_noise is None else config.force_noise
+    moment = max(sensor.noise_moment) if config.moment_noise is None else config.moment_noise
+    shown = white_noise(force, moment, config.seed)
+    if config.unknown_bias is not None:
+        shown = replace(shown, model=replace(shown.model, bias=config.unknown_bias))
+    return MujocoBackend(build_scene(tip, target, law, (0.0, 0.0, height)), _STAGE_PERIOD, shown)

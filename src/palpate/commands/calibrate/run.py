@@ -19,13 +19,15 @@ from palpate.commands.calibrate.config import (
     PresetName,
     TareConfig,
 )
-from palpate.commands.calibrate.live import robot_backend, stage_backend, take_readings
 from palpate.commands.calibrate.measurements import (
     MeasuredPoses,
     calibrated_wrenches,
     measured_poses,
     read_measurements,
     refuse_overload,
+    robot_backend,
+    stage_backend,
+    take_readings,
 )
 from palpate.commands.calibrate.results import (
     PER_AXIS,

@@ -425,11 +425,11 @@ def _opened(config: ContactConfig) -> Iterator[ByteSource]:
 
 @contextlib.contextmanager
 def _destination(config: ContactConfig) -> Iterator[_ByteSink]:
-    """Yield where the contacts go.
+    """Yield the sink of the contacts.
 
-    A file appears whole or not at all; where Ctrl-C ends a live source, that is all that has come. Standard output
-    gets all or nothing, too, when the input is a file: rows wait in a temporary file until the last line has been
-    found right. From standard input, which may be live, rows pass at once.
+    A file appears whole or not at all; if Ctrl-C ends a live source, the file has all contacts until then. Standard
+    output gets all or nothing, too, if the input is a file: rows wait in a temporary file until the last line has
+    been found right. From standard input, which may be live, rows pass at once.
     """
     if config.out != STANDARD_STREAM:
         check_file(config.out)
@@ -443,7 +443,7 @@ def _destination(config: ContactConfig) -> Iterator[_ByteSink]:
             except KeyboardInterrupt as interruption:
                 if config.source != STANDARD_STREAM:
                     raise
-                ended = interruption  # how a live source is ended: what has come is kept
+                ended = interruption  # how a live source is ended: its contacts are kept
         if ended is not None:
             raise ended
         return

@@ -1,4 +1,4 @@
-"""Touches as a CSV file: made by hand or by a robot, columns by name, units in their names."""
+"""Touches as CSV files: made by hand or by a robot, columns by name and unit."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
