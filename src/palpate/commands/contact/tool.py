@@ -427,9 +427,9 @@ def _opened(config: ContactConfig) -> Iterator[ByteSource]:
 def _destination(config: ContactConfig) -> Iterator[_ByteSink]:
     """Yield the sink of the contacts.
 
-    A file appears whole or not at all; if Ctrl-C ends a live source, the file has all contacts until then. Standard
-    output gets all or nothing, too, if the input is a file: rows wait in a temporary file until the last line has
-    been found right. From standard input, which may be live, rows pass at once.
+    A file appears whole or not at all; if Ctrl-C ends a live source, the file has all contacts until then.
+    Standard output gets all or nothing, too, if the input is a file: rows wait in a temporary file until the last
+    line has been found right. From standard input, which may be live, rows pass at once.
     """
     if config.out != STANDARD_STREAM:
         check_file(config.out)
