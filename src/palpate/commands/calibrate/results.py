@@ -96,22 +96,22 @@ def metrics_of(rows: Iterable[Row]) -> dict[str, object]:
 
 def show_rows(console: Console, title: str, verdict: Verdict, rows: Iterable[Row]) -> None:
     """Print rows: the values of each axis in columns, all others below one another."""
-    shown = [row for row in rows if row.meaning]
-    axes = [row for row in shown if np.size(np.asarray(row.value)) == len(AXES)]
-    others = [quantity for row in shown if row not in axes for quantity in row.quantities()]
+    axes: list[Row] = []
+    others: list[Quantity] = []
+    for row in (row for row in rows if row.meaning):
+        if np.size(np.asarray(row.value)) != len(AXES):
+            others += row.quantities()
+            continue
+        axes.append(row)
+        if row.sd is not None:
+            axes.append(Row("", TWO_SIDED * np.asarray(row.sd), "+- (95 %)", digits=2))
     outcome = "OK" if verdict.ok else "not to be used"
     if axes:
-        heads = ["axis", "unit"]
-        for row in axes:
-            heads += [row.meaning] if row.sd is None else [row.meaning, "+- (95 %)"]
-        lines = []
-        for i, axis in enumerate(AXES):
-            cells = [axis, AXIS_UNITS[i]]
-            for row in axes:
-                cells.append(f"{np.asarray(row.value)[i]:.{row.digits}g}")
-                if row.sd is not None:
-                    cells.append(f"{TWO_SIDED * np.asarray(row.sd)[i]:.2g}")
-            lines.append(cells)
+        lines = [
+            (axis, unit, *(f"{np.asarray(row.value)[i]:.{row.digits}g}" for row in axes))
+            for i, (axis, unit) in enumerate(zip(AXES, AXIS_UNITS, strict=True))
+        ]
+        heads = ("axis", "unit", *(row.meaning for row in axes))
         console.print(text_table(title, "" if others else outcome, heads, lines))
     if others:
         console.print(quantity_table(others, "" if axes else title, outcome))

@@ -257,11 +257,14 @@ class _ContactText:
         quantities = [*_CONTACT]
         if has_deviations:
             quantities += [(f"{name}_sd", unit, axes) for name, unit, axes in _DEVIATIONS]
-        names = []
-        for name, unit, axes in quantities:
-            each = [f"_{axis}" for axis in axes] if self._is_csv and axes else [""]
-            names += [f"{name}{axis}{unit}" for axis in each]
-        self.names = (*names, "status", *(("uncertainty",) if has_deviations else ()))
+        self.names = (
+            *(
+                f"{name}{axis}{unit}"
+                for name, unit, axes in quantities
+                for axis in ([f"_{axis}" for axis in axes] if self._is_csv and axes else [""])
+            ),
+            *(("status", "uncertainty") if has_deviations else ("status",)),
+        )
 
     def header(self, copied: tuple[str, ...]) -> str:
         """Return the line of column names; nothing for JSON, whose lines name their values."""
