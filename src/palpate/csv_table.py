@@ -32,6 +32,9 @@ _MAX_SHOWN = 400
 Units = Mapping[str, float]
 """Known units of a quantity, in SI units."""
 
+Quantities = Mapping[str, Units]
+"""Known units of each quantity, by its name in lower case."""
+
 FORCE_UNITS: Units = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
 MOMENT_UNITS: Units = {
     "Nm": 1.0, "N.m": 1.0, "N*m": 1.0, "mNm": 1e-3, "uNm": 1e-6, "Ncm": 1e-2, "Nmm": 1e-3, "kNm": 1e3
@@ -41,12 +44,12 @@ MASS_UNITS: Units = {"kg": 1.0, "g": 1e-3}
 TIME_UNITS: Units = {"s": 1.0, "ms": 1e-3}
 NO_UNITS: Units = {}
 
-_FORCES = dict.fromkeys(("fx", "fy", "fz"), FORCE_UNITS)
-WRENCH: Mapping[str, Units] = _FORCES | dict.fromkeys(("mx", "my", "mz"), MOMENT_UNITS)
+_FORCES: Quantities = dict.fromkeys(("fx", "fy", "fz"), FORCE_UNITS)
+WRENCH: Quantities = {**_FORCES, **dict.fromkeys(("mx", "my", "mz"), MOMENT_UNITS)}
 """Columns of a wrench."""
 
 WRENCH_EXAMPLE = "fx_N,fy_N,fz_N,mx_Nm,my_Nm,mz_Nm"
-QUATERNION = dict.fromkeys(("qw", "qx", "qy", "qz"), NO_UNITS)
+QUATERNION: Quantities = dict.fromkeys(("qw", "qx", "qy", "qz"), NO_UNITS)
 """Columns of a unit quaternion."""
 
 QUATERNION_TOLERANCE = 1e-3
@@ -84,7 +87,7 @@ class Columns:
     names: tuple[str, ...]
     holds: str
 
-    def find(self, quantities: Mapping[str, Units]) -> dict[str, tuple[int, float]]:
+    def find(self, quantities: Quantities) -> dict[str, tuple[int, float]]:
         """Return column and unit [SI] of each of these quantities that the table has.
 
         Args:
@@ -104,7 +107,7 @@ class Columns:
                 found[quantity] = place, self._factor(column, quantity, unit, units)
         return found
 
-    def require(self, quantities: Mapping[str, Units]) -> tuple[list[int], FloatArray]:
+    def require(self, quantities: Quantities) -> tuple[list[int], FloatArray]:
         """Return columns and units [SI] of these quantities.
 
         Raises:
@@ -115,15 +118,15 @@ class Columns:
             raise self.lacking(*missing)
         return [found[each][0] for each in quantities], np.array([found[each][1] for each in quantities])
 
-    def wrench(self) -> Mapping[str, Units]:
+    def wrench(self) -> Quantities:
         """Return the quantities of a wrench by their names in this table: moments may be tx, ty, tz.
 
         Beside a moment called m, tx may be a translation.
         """
         if any(_unit_after(f"m{axis}", column) is not None for axis in "xyz" for column in self.names):
             return WRENCH
-        torques = dict.fromkeys(("tx", "ty", "tz"), MOMENT_UNITS)
-        return _FORCES | torques if self.find(torques) else WRENCH
+        torques: Quantities = dict.fromkeys(("tx", "ty", "tz"), MOMENT_UNITS)
+        return {**_FORCES, **torques} if self.find(torques) else WRENCH
 
     def wrong(self, text: str) -> InvalidValueError:
         """Return the error that the names of the columns are wrong."""
@@ -206,11 +209,11 @@ class CsvTable:
         """
         found = self._numbers(places)
         for i, j in np.argwhere(~np.isfinite(found))[:1].tolist():
-            field = self.rows[i][places[j]].strip()
+            field = self.rows[int(i)][places[int(j)]].strip()
             raise self.wrong(i, f"{self.columns.label(places[j])} = {short(field)}: must be finite")
         return found
 
-    def in_si(self, quantities: Mapping[str, Units]) -> FloatArray:
+    def in_si(self, quantities: Quantities) -> FloatArray:
         """Return quantities as finite numbers in SI units, shape (n, quantities).
 
         Raises:

@@ -22,7 +22,7 @@ from palpate.commands.calibrate.results import (
 from palpate.commands.command_result import CommandResult
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import Verdict
-from palpate.experiments.kit.output_folder import check_file
+from palpate.experiments.kit.checks import check_file
 from palpate.experiments.kit.run_report import command_line
 from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Points, Rule

@@ -22,6 +22,7 @@ from palpate.csv_table import (
     UNIT_PATTERN,
     WRENCH_EXAMPLE,
     CsvTable,
+    Quantities,
     Units,
     read_csv_table,
     read_csv_text,
@@ -40,11 +41,11 @@ AXIS_UNITS = ("N",) * 3 + ("N m",) * 3
 _ACCELERATION: Units = dict.fromkeys(("g", "m/s^2", "m/s2", "ms2", "mps2"), 1.0)
 """Units of gravity, of which only the direction counts. A gyroscope's rad/s or deg/s is refused."""
 
-_GRAVITY = dict.fromkeys(("gx", "gy", "gz"), _ACCELERATION)
-_ROTATION = {f"r{i}{j}": NO_UNITS for i in range(3) for j in range(3)}
-_MASS = {"mass": MASS_UNITS}
-_CENTER = dict.fromkeys(("com_x", "com_y", "com_z"), LENGTH_UNITS)
-_TEMPERATURE = {"temperature_c": NO_UNITS}
+_GRAVITY: Quantities = dict.fromkeys(("gx", "gy", "gz"), _ACCELERATION)
+_ROTATION: Quantities = {f"r{i}{j}": NO_UNITS for i in range(3) for j in range(3)}
+_MASS: Quantities = {"mass": MASS_UNITS}
+_CENTER: Quantities = dict.fromkeys(("com_x", "com_y", "com_z"), LENGTH_UNITS)
+_TEMPERATURE: Quantities = {"temperature_c": NO_UNITS}
 _MIN_TIP_MASS = 1e-6
 """Mass of a simulated tip if the sensor file names no payload [kg]: a simulated body needs some,
 which weighs 10 uN."""

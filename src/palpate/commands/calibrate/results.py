@@ -19,7 +19,7 @@ from palpate.commands.calibrate.measurements import AXIS_UNITS
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.errors import InvalidValueError
 from palpate.estimation import Verdict
-from palpate.experiments.kit.output_folder import check_file
+from palpate.experiments.kit.checks import check_file
 from palpate.reporting.data import Quantity
 from palpate.reporting.report import quantity_table
 from palpate.reporting.units import quantity_key

@@ -43,7 +43,7 @@ from palpate.commands.command_result import CommandResult
 from palpate.csv_table import CsvTable
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import Verdict
-from palpate.experiments.kit.output_folder import check_file
+from palpate.experiments.kit.checks import check_file
 from palpate.sensing.ft import (
     Butterworth,
     ContactEntry,

@@ -23,7 +23,7 @@ from palpate.commands.contact.config import STANDARD_STREAM, ContactConfig
 from palpate.csv_table import WRENCH_EXAMPLE, ByteSource, Columns, short, stream_csv
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import Assumption, BrokenAssumption
-from palpate.experiments.kit.output_folder import check_file
+from palpate.experiments.kit.checks import check_file
 from palpate.kinematics.pose import rotation_from_rotvec
 from palpate.sensing.contact import Contacts, ContactStatus
 from palpate.sensing.ft.arrays import OTHER_MOMENT_UNIT

@@ -1,6 +1,6 @@
 """Touches as CSV files: made by hand or by a robot, columns by name and unit."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,18 +14,18 @@ from palpate.csv_table import (
     WRENCH,
     WRENCH_EXAMPLE,
     CsvTable,
-    Units,
+    Quantities,
     read_csv_table,
     read_csv_text,
     short,
 )
-from palpate.experiments.tip_calibration.felt import LEAST_SD
+from palpate.experiments.tip_calibration.touches import MIN_WRENCH_SD
 from palpate.sensing.tip_calibration import PlannedTouch, TargetKind, Touches, TouchTarget
 
-_POSITION = dict.fromkeys(("x", "y", "z"), LENGTH_UNITS)
-_PLACE = dict.fromkeys(("place_x", "place_y", "place_z"), LENGTH_UNITS)
-_DIRECTION = dict.fromkeys(("direction_x", "direction_y", "direction_z"), NO_UNITS)
-_SDS = {f"sd_{name}": units for name, units in WRENCH.items()}
+_POSITION: Quantities = dict.fromkeys(("x", "y", "z"), LENGTH_UNITS)
+_PLACE: Quantities = dict.fromkeys(("place_x", "place_y", "place_z"), LENGTH_UNITS)
+_DIRECTION: Quantities = dict.fromkeys(("direction_x", "direction_y", "direction_z"), NO_UNITS)
+_SDS: Quantities = {f"sd_{name}": units for name, units in WRENCH.items()}
 
 _POSE = "x_m,y_m,z_m,qw,qx,qy,qz"
 _HOLDS = (
@@ -101,7 +101,7 @@ def read_touches(text: str, name: str, targets: Sequence[TouchTarget]) -> Touche
         Touches(
             np.array([order[each] for each in names], dtype=np.intp),
             table.in_si(WRENCH),
-            np.maximum(sd, LEAST_SD),
+            np.maximum(sd, MIN_WRENCH_SD),
             table.rotations(),
             table.in_si(_POSITION),
             table.in_si(time)[:, 0] if columns.find(time) else np.arange(float(count)),
@@ -144,7 +144,7 @@ def _target(table: CsvTable, i: int, name: str, known: TouchTarget | None) -> To
     """Return a target from its first row; values that the row lacks are those of the known target."""
     columns, row = table.columns, [field.strip() for field in table.rows[i]]
 
-    def numbers(quantities: Mapping[str, Units]) -> list[float]:
+    def numbers(quantities: Quantities) -> list[float]:
         found = columns.find(quantities)
         if any(each not in found or not row[found[each][0]] for each in quantities):
             return []

@@ -218,7 +218,7 @@ class RunningStatistics:
         named = moments | {f"q{100 * q:02.0f}": row for q, row in zip(QUANTILES, quantiles, strict=True)}
         return {name: np.nan_to_num(row) for name, row in named.items()}
 
-    def by_feature(self, features: "Sequence[_Feature]") -> dict[str, dict[str, list[float]]]:
+    def by_feature(self, features: "Sequence[_Feature]") -> dict[str, dict[str, list[Any]]]:
         """Return the statistics of each feature as LeRobot keeps them, by name, and the number of frames."""
         ends, found = np.cumsum([len(each.names) for each in features]), self.found
         return {
