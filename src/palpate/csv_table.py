@@ -196,7 +196,7 @@ class CsvTable:
         """
         there = self.columns.names
         if missing := [name for name in names if name not in there]:
-            raise self.columns.lacking(*missing)
+            raise self.columns.lacking(missing[0])
         if twice := next((name for name in names if there.count(name) > 1), None):
             raise self.columns.wrong(f"{short(twice)} is there twice; keep one")
         return self._numbers([there.index(name) for name in names] or range(len(self.rows[0])))
