@@ -23,7 +23,7 @@ from palpate.controllers.paths import Circuit, Hop, Leg, Mark, PathPlane, Point,
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import FASTEST, SLOWEST, ExploreConfig
 from palpate.experiments.explore.experiment import FILE_NAMES
-from palpate.experiments.explore.explored_object import object_of, object_texts
+from palpate.experiments.explore.explored_object import object_notes, object_of, object_texts
 from palpate.experiments.explore.objects import FROM_FILE
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Effort, Scan, scan_on
 from palpate.experiments.kit.checks import (
@@ -340,7 +340,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
         longest_duration=scan.longest(effort) + _SPARE_TIME,
         files=FILE_NAMES,
         # the object may not be as described
-        notes=(f"A wall or step in the path would be {wall}.",) if unsafe else (),
+        notes=(*((f"A wall or step in the path would be {wall}.",) if unsafe else ()), *object_notes(touched)),
         followed=None if ready.arm is None else follow_path(ready.arm, path, config.speed),
         scan=scan,
         plane=plane,
