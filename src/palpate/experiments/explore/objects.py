@@ -1,4 +1,4 @@
-"""Objects that can be explored, by name, with the sizes or the file of each."""
+"""Names of explorable objects, with the sizes or the file of each."""
 
 from pathlib import Path
 from typing import Literal
@@ -19,7 +19,7 @@ OBJECT_SIZES: dict[ObjectName, tuple[str, tuple[float, ...]]] = {
     "height-field": ("width and depth, unless the file gives them", ()),
     "scene": ("nothing, the file gives it", ()),
 }
-"""What sizes each object takes, and its defaults [m]."""
+"""Meaning of the sizes of each object, and its default sizes [m]."""
 
 FROM_FILE: tuple[ObjectName, ...] = ("mesh", "height-field", "scene")
 """Objects that a file describes."""
@@ -34,7 +34,7 @@ def checked_size(name: ObjectName, size: tuple[float, ...]) -> tuple[float, ...]
     """Return the size of an object [m], its default where none is given.
 
     Raises:
-        InvalidValueError: There is no such object, or it has no such size.
+        InvalidValueError: If the object is unknown, or has no such size.
     """
     if name not in OBJECT_SIZES:
         raise InvalidValueError(f"object = {name!r}: must be one of {', '.join(OBJECT_SIZES)}")
@@ -57,12 +57,12 @@ def check_file(name: ObjectName, file: Path | None, scale: float) -> None:
     """Refuse an object without the file that must describe it, and one with a file that needs none.
 
     Args:
-        name: Of the object.
-        file: That is given, if any.
-        scale: Metres per unit of it.
+        name: Name of the object.
+        file: File of the object, if one is given.
+        scale: Metres per unit of the file.
 
     Raises:
-        InvalidValueError: It is such an object, or the scale is not positive or has no file.
+        InvalidValueError: If object and file do not match, or the scale is not positive or has no file.
     """
     positive("scale", scale, "m per unit of the file")
     if name in FROM_FILE:
