@@ -63,7 +63,7 @@ COMPLETED = {
     ("explore", "--turn", ""): {"left", "right"},
     ("explore", "--force", ""): set(),
     ("explore", "--out", "mi"): {"mine.yaml"},
-    ("calibrate", "new", "x.yaml", "--preset", ""): {"nano17", "wrist"},
+    ("calibrate", "new", "x.yaml", "--preset", ""): {"nano17", "axia80", "ft300s", "ur5e"},
     ("log", ""): {"info", "export", "ros2", "--help", "-h"},
 }
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 
 from faults.fault_rig import FaultyBackend, Rig, Samples
-from palpate.commands.calibrate.sensor_presets import preset_sensor
+from palpate.commands.calibrate.run import preset_sensor
 from palpate.controllers import (
     ExploreController,
     ExploreParameters,

@@ -10,11 +10,11 @@ import numpy as np
 import trimesh
 
 from palpate.bounded_file import read_text
-from palpate.commands.calibrate.data import read_csv, wrenches
+from palpate.commands.calibrate.measurements import read_measurements, wrenches
+from palpate.commands.contact.tool import wrench_blocks
 from palpate.commands.log.export import episodes
 from palpate.commands.log.info import LogTimes, log_summary
 from palpate.commands.sweep.store import read_record
-from palpate.commands.wrench_csv import WrenchReader
 from palpate.controllers.tangent_motion import PathTable
 from palpate.csv_table import BOUNDS
 from palpate.experiments.explore.config import ExploreConfig
@@ -120,7 +120,7 @@ def _logs(folder: Path) -> InputReader:
 
 def _stream(folder: Path) -> InputReader:
     def read(data: bytes) -> None:
-        for _ in WrenchReader(io.BytesIO(data), "input", "mark").blocks():
+        for _ in wrench_blocks(io.BytesIO(data), "input", "mark"):
             pass
 
     return InputReader("text", WRENCHES, read)
@@ -169,7 +169,9 @@ READERS: Mapping[str, Made] = {
         lambda path: read_motion(PathTable, read_text(path, BOUNDS, "a motion"), "m.csv"),
     ),
     "map-csv": _of_file("map.csv", "text", [CLOUD, GRID], read_map),
-    "calibration": _of_file("c.csv", "text", WRENCHES, lambda path: wrenches(read_csv(path), (500.0,) * 6)),
+    "calibration": _of_file(
+        "c.csv", "text", WRENCHES, lambda path: wrenches(read_measurements(path), (500.0,) * 6)
+    ),
     "wrenches": _stream,
     "record": _records,
     **{

@@ -40,11 +40,13 @@ class HeightField(TracedObject):
         heights: z at the samples, y from -depth/2 to depth/2 along rows, x along columns, shape (ny, nx) [m].
         width: Along x, first to last sample [m].
         depth: Along y [m].
+        untouched: Number of heights that are those of the nearest touched place, in a map that was explored.
     """
 
     heights: FloatArray = field(repr=False)
     width: float
     depth: float
+    untouched: int = 0
     _packed: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

@@ -84,12 +84,13 @@ class TypedCommand(NamedTuple):
 
     Attributes:
         config: Class of its options, light to import; the docstring is its help.
-        runner: Function that runs it, as module:function; imported when the command runs.
+        runner: Function that runs it, as module:function; imported when the command runs. By default the method
+            `run` of the options.
         document: Function that runs it with --json, if `runner` writes rows to standard output.
     """
 
     config: type
-    runner: str
+    runner: str = ""
     document: str = ""
 
     @property
@@ -126,11 +127,11 @@ COMMANDS: Mapping[str, TypedCommand | CommandGroup] = {
     "compare": TypedCommand(CompareConfig, "palpate.commands.compare:run_compare"),
     "calibrate": CommandGroup(
         {
-            "new": TypedCommand(NewSensorConfig, "palpate.commands.calibrate.run:run_calibrate"),
-            "matrix": TypedCommand(MatrixConfig, "palpate.commands.calibrate.run:run_calibrate"),
-            "payload": TypedCommand(PayloadConfig, "palpate.commands.calibrate.run:run_calibrate"),
-            "mounting": TypedCommand(MountingConfig, "palpate.commands.calibrate.run:run_calibrate"),
-            "tare": TypedCommand(TareConfig, "palpate.commands.calibrate.run:run_calibrate"),
+            "new": TypedCommand(NewSensorConfig),
+            "matrix": TypedCommand(MatrixConfig),
+            "payload": TypedCommand(PayloadConfig),
+            "mounting": TypedCommand(MountingConfig),
+            "tare": TypedCommand(TareConfig),
         },
         _CALIBRATION,
     ),
@@ -251,9 +252,10 @@ def _run_command(command: TypedCommand, typed: str, arguments: Sequence[str]) ->
     config: Any
     config, shared = read_options(command.config, typed, arguments, (JSON,))
     # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
-    runner = _function(command.document if shared[JSON.name] and command.document else command.runner)
+    name = command.document if shared[JSON.name] and command.document else command.runner
+    runner = partial(_function(name), config) if name else config.run
     start_up.over()
-    result: CommandResult | int = runner(config)
+    result: CommandResult | int = runner()
     return result
 
 

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 import numpy as np
@@ -18,18 +18,19 @@ from palpate.commands.calibrate.config import (
     MountingConfig,
     NewSensorConfig,
     PayloadConfig,
+    PresetName,
     TareConfig,
 )
-from palpate.commands.calibrate.data import measured_poses, read_csv
-from palpate.commands.calibrate.live import stage_backend, take_readings
-from palpate.commands.calibrate.run import run_calibrate
-from palpate.commands.calibrate.sensor_presets import preset_sensor
+from palpate.commands.calibrate.measurements import measured_poses, read_measurements, stage_backend, take_readings
+from palpate.commands.calibrate.run import preset_sensor
 from palpate.commands.typed_options import read_options
 from palpate.errors import InvalidValueError
 from palpate.runtime import Command
 from palpate.runtime.wrapped_backend import WrappedBackend
 from palpate.sensing.compensation import SensorPayload
 from palpate.sensing.ft import HEALTHY, FTPipeline, PayloadEntry, load_sensor_file, save_sensor_file
+from palpate.sensing.ft.preset_sensor import PresetSensor
+from palpate.sim.sensor.presets import sensor_preset
 from sensing.ft.sensor_examples import fingertip
 
 WRENCH = "fx_N,fy_N,fz_N,mx_Nm,my_Nm,mz_Nm"
@@ -58,7 +59,7 @@ def sensor_in(folder, sensor=NANO):
 
 
 def run(task):
-    return run_calibrate(task).exit_code
+    return task.run().exit_code
 
 
 @contextmanager
@@ -81,7 +82,7 @@ def refused(task, *words):
 def not_used(task, assumption):
     """The task ends with exit code 1, names the assumption first, and no file changes."""
     with unchanged(task.sensor.parent):
-        result = run_calibrate(task)
+        result = task.run()
     verdict: Any = result.facts["verdict"]
     assert (result.exit_code, verdict["ok"], result.files) == (1, False, ())
     assert verdict["broken"][0]["assumption"] == assumption, result.outcome
@@ -159,7 +160,7 @@ def test_from_nothing_to_a_pipeline_that_measures_right(tmp_path, capsys):
     told = capsys.readouterr().out
     told += sensor.read_text()
     for word in (
-        *("condition number", "left out rms", "centre of mass", "95 % from", "standard error", "OK"),
+        *("condition number", "left out rms", "centre of mass", "95 %: ", "standard error", "OK"),
         *("FT1", "bias: 400 readings", "payload: 24 poses", "matrix: 40 known loads"),
     ):
         assert word in told
@@ -169,7 +170,7 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_is_measured(tm
     def never(*asked):
         raise AssertionError("it has measured, or read the data")
 
-    for measures in ("take_readings", "stage_backend", "robot_backend", "read_csv"):
+    for measures in ("take_readings", "stage_backend", "robot_backend", "read_measurements"):
         monkeypatch.setattr(f"palpate.commands.calibrate.run.{measures}", never)
     sensor, data = sensor_in(tmp_path), tmp_path / "in.csv"
     configs = (
@@ -212,7 +213,7 @@ MATRIX_MISTAKES = {
     "no raw": (lambda t: t.replace("raw_", "v_"), ("no raw channels", "--channels", "'v_0'", "line 1")),
     "a gap": (lambda t: t.replace("raw_3", "x", 1), ("no column raw_3",)),
     "twice": (lambda t: t.replace("raw_3", "raw_4", 1), ("raw channel 4 is there twice",)),
-    "no mz": (lambda t: t.replace("mz_Nm", "tz_Nm"), ("no column mz", "'tz_Nm'", "line 1")),
+    "no mz": (lambda t: t.replace("mz_Nm", "tz_Nm"), ("line 1: no column mz: there are raw_0, ", "tz_Nm; give")),
     "unknown unit": (lambda t: t.replace("mz_Nm", "mz_lbf"), ("'lbf'", "known for mz are", "mNm")),
     "wrong unit": (lambda t: t.replace("fx_N,", "fx_kN,"), ("beyond the sensor's range of 12", "line 2")),
     "dead": (lambda t: "\n".join(["9" + r[r.index(","):] if r[0] != "r" else r for r in t.split()]), ("dead",)),
@@ -274,7 +275,7 @@ def test_rows_of_one_load_count_once_and_a_temperature_is_kept(tmp_path):
     path = written(tmp_path, table(f"{names},{WRENCH},temperature_C", np.column_stack([raw, load, warmth])))
     sensor = sensor_in(tmp_path)
     report = tmp_path / "report.html"
-    result = run_calibrate(MatrixConfig(path, sensor, raw_range=(-10.0, 10.0), temperature=26.0, report=report))
+    result = MatrixConfig(path, sensor, raw_range=(-10.0, 10.0), temperature=26.0, report=report).run()
     assert (result.exit_code, result.metrics["loads"]) == (0, 40)
     assert "temperature" in result.metrics["model"]
     assert report in result.files
@@ -310,7 +311,7 @@ def test_the_three_ways_to_give_a_pose_say_the_same(tmp_path_factory, seed):
     folder = tmp_path_factory.mktemp("poses")
     forces = [
         measured_poses(
-            read_csv(written(folder, pose_csv(np.random.default_rng(seed), kind))),
+            read_measurements(written(folder, pose_csv(np.random.default_rng(seed), kind))),
             "base-from-sensor",
             (0.0, 0.0, 1.0),
             G,
@@ -322,13 +323,13 @@ def test_the_three_ways_to_give_a_pose_say_the_same(tmp_path_factory, seed):
 
 
 PAYLOAD_MISTAKES = {
-    "no pose": (lambda t: t.replace("gx,gy,gz", "a,b,c"), ("no pose", "qw,qx,qy,qz", "'a'")),
+    "no pose": (lambda t: t.replace("gx,gy,gz", "a,b,c"), ("no column of a pose: there are a, b, c", "qw,qx")),
     "half a pose": (lambda t: t.replace("gz,", "c,"), ("no column gz",)),
     "two kinds": (lambda t: t.replace("gx,gy,gz", "gx,gy,qw"), ("more than one kind",)),
-    "a gyroscope": (lambda t: t.replace("gx,", "gx_rad/s,"), ("rad/s", "none of acceleration")),
+    "a gyroscope": (lambda t: t.replace("gx,", "gx_rad/s,"), ("unit 'rad/s'", "known for gx are g, m/s^2")),
     "up, not down": (lambda t: "\n".join(flipped(r) for r in t.split()), ("below zero", "wrong sign")),
     "zero": (lambda t: "\n".join([*t.split(), "0,0,0,0,0,0,0,0,0"]), ("line 26", "direction")),
-    "no mz": (lambda t: t.replace("mz_Nm", "z"), ("no column mz", "'z'")),
+    "no mz": (lambda t: t.replace("mz_Nm", "z"), ("no column mz", "my_Nm, z; give")),
 }
 
 
@@ -380,7 +381,7 @@ def mounted_csv(rng, change=lambda wrench: wrench):
 def test_the_sensor_on_the_flange_is_found_and_the_file_has_its_payload(tmp_path):
     sensor = sensor_in(tmp_path)
     text, turn = mounted_csv(np.random.default_rng(2))
-    result = run_calibrate(MountingConfig(written(tmp_path, text), sensor, averaged=500))
+    result = MountingConfig(written(tmp_path, text), sensor, averaged=500).run()
     assert result.exit_code == 0
     off = turn.inv() * Rotation.from_rotvec(result.metrics["rotvec_rad"])
     assert np.degrees(off.magnitude()) < 0.1
@@ -404,7 +405,7 @@ def test_a_sensor_with_swapped_axes_is_refused_by_name(order, words, tmp_path):
 def test_bad_poses_are_left_out_and_named_by_their_line(tmp_path):
     sensor = sensor_in(tmp_path)
     text = pose_csv(np.random.default_rng(4), "gravity").replace("\n", "\n0,0,-9.8,3,0,0,0,0.01,0\n", 1)
-    result = run_calibrate(PayloadConfig(written(tmp_path, text), sensor))
+    result = PayloadConfig(written(tmp_path, text), sensor).run()
     assert result.exit_code == 0
     assert any("line 2 of in.csv" in warning for warning in result.warnings)
     assert load_sensor_file(sensor).payload.mass == pytest.approx(0.030, rel=0.02)
@@ -494,7 +495,11 @@ def test_a_stale_sample_counts_once_and_the_back_end_stands_still_and_is_closed(
 # --- a first file ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("preset", ["nano17", "wrist"])
+def test_first_files_and_robot_files_know_the_same_sensors():
+    assert list(get_args(PresetName)) == [preset for preset in PresetSensor if preset != PresetSensor.PERFECT]
+
+
+@pytest.mark.parametrize("preset", get_args(PresetName))
 def test_a_first_file_loads_says_where_it_comes_from_and_makes_a_pipeline(preset, tmp_path):
     path = tmp_path / "sensor.yaml"
     assert run(NewSensorConfig(file=path, preset=preset)) == 0
@@ -502,6 +507,9 @@ def test_a_first_file_loads_says_where_it_comes_from_and_makes_a_pipeline(preset
     assert "template" in sensor.provenance
     assert "#" in path.read_text()
     FTPipeline(sensor)
+    model = sensor_preset(PresetSensor(preset))
+    assert f"{sensor.model}, simulated" == model.name
+    assert (*sensor.force_range, *sensor.moment_range) == model.rated
     before = path.read_bytes()
     with pytest.raises(InvalidValueError, match="is there already"):
         run(NewSensorConfig(file=path, preset=preset))
@@ -512,18 +520,18 @@ def test_a_first_file_loads_says_where_it_comes_from_and_makes_a_pipeline(preset
 
 FILES = {
     "missing": (None, ("cannot read",)),
-    "empty": (b"", ("is empty",)),
-    "header only": (WRENCH, ("no rows",)),
+    "empty": (b"", ("no line with numbers; write columns by name",)),
+    "header only": (WRENCH, ("no line with numbers",)),
     "no header": ("1,2,3,4,5,6\n", ("line 1", "numbers where the header")),
     "nan": (WRENCH + "\n\n1,2,nan,0,0,0", ("line 3", "fz_N = 'nan'", "finite")),
     "inf": (WRENCH + "\n1,2,1e999,0,0,0", ("line 2", "1e999", "finite")),
     "string": (WRENCH + "\n# remark\n1,2,zero,0,0,0", ("line 3", "'zero'", "a number")),
     "empty field": (WRENCH + "\n1,2,,0,0,0", ("line 2", "''")),
-    "ragged": (WRENCH + "\n1,2,0,0,0,0\n1,2,0,0,0", ("line 3", "5 fields", "6 columns")),
+    "ragged": (WRENCH + "\n1,2,0,0,0,0\n1,2,0,0,0", ("line 3", "has 5 fields: must be 6")),
     "semicolons": (WRENCH.replace(",", ";"), ("commas",)),
     "binary": (bytes(range(256)), ("byte 128", "UTF-8")),
     "utf-16": (WRENCH.encode("utf-16"), ("UTF-8",)),
-    "a sensor file": (b"palpate_sensor: 1\nmodel: x\n", ("no column fx", "'palpate_sensor: 1'")),
+    "a sensor file": (b"palpate_sensor: 1\nmodel: x\n", ("no column fx", "there are palpate_sensor: 1; give")),
     "quote": ('"fx,fy\n', ("quoted",)),
     "twice": (WRENCH + ",FX\n0,0,0,0,0,0,0", ("fx is there twice",)),
     "no unit": (WRENCH.replace("fx_N", "fx_") + "\n0,0,0,0,0,0", ("names no unit",)),
@@ -671,7 +679,8 @@ def test_channels_by_name_in_the_order_given(tmp_path):
     loads = written(tmp_path, text)
     run(MatrixConfig(loads, sensor, channels=names, raw_unit="V", raw_range=(-10.0, 10.0)))
     np.testing.assert_allclose(load_sensor_file(sensor).calibration.offset, OFFSET, atol=2e-4)
-    refused(MatrixConfig(loads, sensor, channels=("gauge 9", *names), **KNOWN), "gauge 9", "'gauge 0'")
+    wrong = MatrixConfig(loads, sensor, channels=("gauge 9", *names), **KNOWN)
+    refused(wrong, "no column gauge 9: there are gauge 7, ", ", gauge 0, ")
 
 
 def test_a_missing_or_wrong_sensor_file_is_said(tmp_path):

@@ -15,12 +15,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from palpate import ContactStatus, Cylinder, Ellipsoid, Plane, Sphere, contacts_from_wrenches
 from palpate.commands.command_result import ExitCode
 from palpate.commands.contact.config import ContactConfig
-from palpate.commands.contact.tool import contact_result, fingertip, run_contact
-from palpate.commands.wrench_csv import LONGEST_LINE, WrenchReader
+from palpate.commands.contact.tool import contact_result, fingertip, run_contact, wrench_blocks
+from palpate.csv_table import MAX_LINE_BYTES
 from palpate.errors import InvalidValueError
 from palpate.sensing.uncertainty import contacts_uncertainties, white_noise
 from support.waiting import until
@@ -122,6 +123,37 @@ def test_the_fingertip_is_the_one_that_was_described():
     assert ellipsoid.half_lengths == TIP
 
 
+def test_a_mesh_has_the_size_of_a_fingertip_in_metres_or_by_its_scale(tmp_path):
+    def mesh_of(radius):
+        trimesh.creation.icosphere(2, radius).export(tmp_path / f"{radius}.stl")
+        return {"ellipsoid": None, "mesh": tmp_path / f"{radius}.stl"}
+
+    text = "\n".join([HEADER, *lines_of(WRENCHES)])
+    for radius, options in ((12.5, {}), (0.0125, {"scale": 1e-3})):
+        with pytest.raises(InvalidValueError, match=r"is .* m long .* must be 0\.0001 to 0\.5 m.*--scale 0\.001"):
+            convert(tmp_path, text, **mesh_of(radius), **options)
+    metres, millimetres = (
+        convert(tmp_path, text, **mesh_of(0.0125)),
+        convert(tmp_path, text, **mesh_of(12.5), scale=1e-3),
+    )
+    for a, b in zip(metres, millimetres, strict=True):
+        assert a["status"] == b["status"] == "OK"
+        assert np.hypot.reduce(vector(a, "centroid", "_m")) < 0.013
+        np.testing.assert_allclose(vector(b, "centroid", "_m"), vector(a, "centroid", "_m"), atol=1e-7)
+
+
+def test_an_uncertain_fingertip_gives_standard_deviations(tmp_path):
+    """Size, place and turn, each by itself; a sphere that is turned about its centre stays itself."""
+    text = "\n".join([HEADER, *lines_of(WRENCHES)])
+    told = [
+        numbers(convert(tmp_path, text, ellipsoid=None, sphere=0.012, tip_sd=sd)[0], "centroid_sd_x_m")[0]
+        for sd in ((1e-4, 0.0, 0.0), (0.0, 1e-4, 0.0), (0.0, 0.0, 1e-2))
+    ]
+    assert 1e-6 < told[0] < 1e-3
+    assert 5e-5 < told[1] < 1e-3
+    assert told[2] < 1e-9
+
+
 # --- what goes in ------------------------------------------------------------------------------------------------
 
 
@@ -174,7 +206,7 @@ ROW = lines_of(WRENCHES)[0]
         ("\n\n# nothing\n", ["is empty"]),
         (ROW, ["line 1", "numbers where the header should be"]),
         (f"fx,fy,fz,mx,my\n{ROW}", ["line 1", "no column mz"]),
-        (f"fx,fy,fz,tx,ty\n{ROW}", ["line 1", "no column mz"]),
+        (f"fx,fy,fz,tx,ty\n{ROW}", ["line 1", "no column tz"]),
         (f"fx,fy,fz,tx,ty,mz\n{ROW}", ["line 1", "no column mx, my"]),
         ("fx;fy;fz;mx;my;mz\n1;2;3;4;5;6", ["line 1", "by commas, not ';'"]),
         ("fx\tfy\tfz\tmx\tmy\tmz\n", ["line 1", "commas, not '\\t'"]),
@@ -186,16 +218,16 @@ ROW = lines_of(WRENCHES)[0]
         (f"fx_n,fy,fz,mx,my,mz\n{ROW}", ["line 1", "'n' is not known"]),
         (f"fx_,fy,fz,mx,my,mz\n{ROW}", ["line 1", "'fx_' names no unit"]),
         (f"status,{HEADER}\n1,{ROW}", ["line 1", "'status'", "output column", "rename"]),
-        (f"{HEADER}\n{ROW}\n1,2,3,4,5", ["line 3", "5 fields", "6 columns"]),
-        (f"{HEADER}\n{ROW},7", ["line 2", "7 fields"]),
-        (f"{HEADER}\n{ROW}\n1,2,abc,4,5,6", ["line 3", "fz = 'abc'", "number"]),
-        (f"{HEADER}\n1,2,,4,5,6", ["line 2", "fz = ''"]),
-        (f"{HEADER}\n1,2,1_0,4,5,6", ["line 2", "fz = '1_0'"]),
+        (f"{HEADER}\n{ROW}\n1,2,3,4,5", ["line 3", "has 5 fields: must be 6"]),
+        (f"{HEADER}\n{ROW},7", ["line 2", "has 7 fields: must be 6"]),
+        (f"{HEADER}\n{ROW}\n1,2,abc,4,5,6", ["line 3", "fz_N = 'abc'", "number"]),
+        (f"{HEADER}\n1,2,,4,5,6", ["line 2", "fz_N = ''"]),
+        (f"{HEADER}\n1,2,1_0,4,5,6", ["line 2", "fz_N = '1_0'"]),
         (f"{HEADER}\n1,2,٣,4,5,6", ["line 2", "fz"]),
-        (f"{HEADER}\n1,2,0x10,4,5,6", ["line 2", "fz = '0x10'"]),
-        (f"{HEADER}\n{ROW}\n\n# c\n1,2,nan,4,5,6", ["line 5", "fz = 'nan'", "finite", "--not-finite mark"]),
-        (f"{HEADER}\n1,2,-Infinity,4,5,6", ["line 2", "fz = '-Infinity'"]),
-        (f"{HEADER}\n1,2,1e999,4,5,6", ["line 2", "fz = '1e999'"]),
+        (f"{HEADER}\n1,2,0x10,4,5,6", ["line 2", "fz_N = '0x10'"]),
+        (f"{HEADER}\n{ROW}\n\n# c\n1,2,nan,4,5,6", ["line 5", "fz_N = 'nan'", "finite", "--not-finite mark"]),
+        (f"{HEADER}\n1,2,-Infinity,4,5,6", ["line 2", "fz_N = '-Infinity'"]),
+        (f"{HEADER}\n1,2,1e999,4,5,6", ["line 2", "fz_N = '1e999'"]),
         (f'{HEADER}\n1,2,"3,4,5,6', ["line 2", "quoted field"]),
         (f'note,{HEADER}\n"a\nb",{ROW}', ["line 2", "closed on its line"]),
         (f"{HEADER}\n{ROW}\x00", ["line 2", "control character '\\x00'"]),
@@ -203,8 +235,8 @@ ROW = lines_of(WRENCHES)[0]
         ((f"{HEADER}\n{ROW}").encode("utf-16"), ["line 1", "UTF-16", "UTF-8"]),
         (HEADER.encode() + b"\n1,2,3,4,5,\xff", ["line 2", "not UTF-8"]),
         (bytes(range(128, 256)) * 40, ["line 1"]),
-        ("x" * (3 * LONGEST_LINE), ["line 1", "longer than"]),
-        (HEADER + "\n" + "1" * (2 * LONGEST_LINE) + "\n", ["line 2", "longer than"]),
+        ("x" * (3 * MAX_LINE_BYTES), ["line 1", "longer than"]),
+        (HEADER + "\n" + "1" * (2 * MAX_LINE_BYTES) + "\n", ["line 2", "longer than"]),
     ],
 )
 @pytest.mark.parametrize("to_file", [True, False])
@@ -356,7 +388,7 @@ def test_memory_does_not_grow_with_the_input():
     peaks = []
     for rows in (2_000, 10_000):
         tracemalloc.start()
-        count = sum(len(block) for _, block in WrenchReader(Endless(rows), "rows").blocks())
+        count = sum(len(block.texts) for block in wrench_blocks(Endless(rows), "rows"))
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
         assert count == rows
@@ -372,9 +404,9 @@ def test_how_the_bytes_arrive_does_not_matter(size):
             return super().read1(size)
 
     text = f"\ufeffµ,{HEADER}\r\n1,{ROW}\r\n# ü\r\n2,{ROW}".encode()
-    rows = [row for _, block in WrenchReader(Drip(text), "drip").blocks() for row in block]
-    assert [row.copied for row in rows] == [("1",), ("2",)]
-    np.testing.assert_array_equal([row.wrench for row in rows], WRENCHES[[0, 0]])
+    blocks = list(wrench_blocks(Drip(text), "drip"))
+    assert [text for block in blocks for text in block.texts] == [("1",), ("2",)]
+    np.testing.assert_array_equal(np.vstack([block.wrenches for block in blocks]), WRENCHES[[0, 0]])
 
 
 # --- fuzz --------------------------------------------------------------------------------------------------------

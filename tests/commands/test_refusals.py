@@ -168,6 +168,8 @@ CONFIGURATIONS = {
             ({"sphere": 0.01, "center": (0.0, 0.0, float("inf"))}, r"center"),
             ({"sphere": 0.01, "force_noise": -1.0}, r"force_noise = -1\.0 N"),
             ({"sphere": 0.01, "force_noise": 0.1, "model": "hard"}, r"soft model only"),
+            ({"sphere": 0.01, "tip_sd": (-1e-4, 0.0, 0.0)}, r"tip_sd = -0\.0001"),
+            ({"sphere": 0.01, "scale": 1e-3}, r"scale = 0\.001: is for --mesh only"),
         ],
     ),
     "TareConfig": (

@@ -173,8 +173,21 @@ def test_a_height_map_that_was_explored_can_be_explored_again(tmp_path):
     assert np.array_equal(field.heights, Z)
     holed = np.where(Z > 0.0029, np.nan, Z)
     write_height_map_csv(HeightMap(X[0], Y[:, 0], holed, np.zeros_like(Z), 0.0), tmp_path / "holed.csv")
-    with pytest.raises(InvalidValueError, match=rf"{np.isnan(holed).sum()} of 2501 points.*no height"):
-        load_heights(tmp_path / "holed.csv", 1.0, ())
+    count = np.isnan(holed).sum()
+    field = load_heights(tmp_path / "holed.csv", 1.0, ())
+    assert 0 < count == field.untouched
+    there = ~np.isnan(holed)
+    assert np.array_equal(field.heights[there], Z[there])
+    touched = np.column_stack([X[there], Y[there]])
+    for x, y, z in zip(X[~there], Y[~there], field.heights[~there], strict=True):  # of a nearest touched place
+        distance = np.hypot(*(touched - [x, y]).T)
+        assert z in Z[there][distance < distance.min() + 1e-12]
+    again = read_heights_text(heights_text(field), "object.csv")
+    assert again.untouched == count
+    assert np.array_equal(again.parameters, field.parameters)
+    holed = ExploreConfig(object="height-field", file=tmp_path / "holed.csv", tip=(0.004,), **SMALL)
+    told = plan_of(holed).dry_run().notes
+    assert f"{count} of 2501 places of the height field were not touched" in " ".join(told)
 
 
 def map_with(tmp_path, points):
@@ -298,7 +311,7 @@ def test_a_raster_that_does_not_fit_is_refused_with_one_that_does(name, fields, 
         ("capitals.csv", points_text("X,Y,Z\n"), "no column x_m"),
         ("bare.csv", points_text(), "points"),
         ("a.csv", "1,2\n3\n", "line 2, '3': has 1 fields: must be 2"),
-        ("b.csv", "# width_m=0.1 depth_m=0.1\n1,2\n3,x\n", "line 3: 'x' is no number"),
+        ("b.csv", "# width_m=0.1 depth_m=0.1\n1,2\n3,x\n", "line 3: column 2 = 'x': must be a number"),
         ("c.csv", "x_m,y_m\n0,0\n", "no column z_m: there are x_m, y_m"),
         ("d.csv", "x_m,y_m,z_m\n0,0,0\n0,1,0\n", "x_m must be numbers that span a grid"),
         ("e.csv", "x_m,y_m,z_m\n0,0,0\n0,1,0\n1,0,0\n3,1,0\n", "x_m is on no regular grid"),

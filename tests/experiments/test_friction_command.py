@@ -121,7 +121,7 @@ def test_the_report_shows_how_often_the_librarys_materials_are_confused_and_whic
     part = page.partition("<h2>Which surface it may be")[2].partition("</section>")[0]
     for text in (
         "Materials recognised by touch",
-        "data-picture",
+        "data-figure",
         "drawn 50 times for each material",
         "are recognised correctly",
     ):

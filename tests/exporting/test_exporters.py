@@ -15,8 +15,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import config_text
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.exporting import exporter
-from palpate.exporting.lerobot.dataset import QUANTILES, RunningStatistics
-from palpate.exporting.lerobot.meta import PLACE
+from palpate.exporting.lerobot.dataset import PLACE, QUANTILES, RunningStatistics
 from palpate.extras import MissingLibraryError
 from palpate.open_kinds import declared_in
 from palpate.runtime.data import Phase

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from palpate.cli import main
-from palpate.commands.calibrate.live import robot_backend, take_readings
+from palpate.commands.calibrate.measurements import robot_backend, take_readings
 from palpate.commands.replay.run import replay_log
 from palpate.commands.view.scene import free_poses_in, shown_scene
 from palpate.experiments.grasp.experiment import GraspObject

@@ -1,8 +1,8 @@
-"""CSV, for everything."""
+"""Tables as CSV."""
 
 import csv
 import io
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -10,8 +10,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from palpate.exporting.table_exporter import TableExporter
-from palpate.exporting.tables import Table
+from palpate.exporting.tables import Table, TableExporter
 from palpate.open_kinds import Settings
 from palpate.plain_text import inert_cell
 
@@ -22,21 +21,17 @@ class CsvExporter(TableExporter, Settings, frozen=True):
     SUFFIX = ".csv"
 
     @contextmanager
-    def opened(self, path: Path) -> Iterator["CsvFile"]:
-        """See `TableExporter`."""
+    def opened(self, path: Path) -> Iterator["_CsvFile"]:
+        """Give a new table."""
         with path.open("wb") as file:
-            yield CsvFile(file)
+            yield _CsvFile(file)
 
 
-class CsvFile:
-    """A table that is being written."""
-
+class _CsvFile:
     def __init__(self, file: BinaryIO) -> None:
-        """Take the file."""
         self._file, self._empty = file, True
 
     def append(self, table: Table) -> None:
-        """See `TableFile`."""
         if self._empty:
             self._file.write(_lines([[column.name for column in table]]))
             self._empty = False
@@ -46,15 +41,13 @@ class CsvFile:
 def _cells(values: npt.NDArray[Any]) -> list[Any]:
     if values.dtype == np.float64:
         return [f"{x:.17g}" for x in values.tolist()]
-    if values.dtype == np.bool_:
-        values = values.astype(int)
-    whatever: list[Any] = values.tolist()
     if values.dtype == object:
-        return [inert_cell(text) for text in whatever]
-    return whatever
+        return [inert_cell(text) for text in values.tolist()]
+    cells: list[Any] = (values.astype(int) if values.dtype == np.bool_ else values).tolist()
+    return cells
 
 
-def _lines(rows: Any) -> bytes:
+def _lines(rows: Iterable[Sequence[object]]) -> bytes:
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue().encode()

@@ -1,4 +1,4 @@
-"""The seam of exporters: logged runs go in one after the other, files come out."""
+"""Interface of exporters: logged runs go in one after the other, files come out."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -11,22 +11,22 @@ from palpate.runtime.log import LogReader
 from palpate.runtime.log.chunk import LogRows
 
 Fact = float | int | bool | str | None
-"""Of a run: None where there is none, or nobody knows it."""
+"""A setting or result of a run; None if it is unknown."""
 
 ROWS_AT_ONCE = 10_000
-"""Periods in a piece: a few megabytes, whatever the length of the log."""
+"""Least number of periods in a piece: a few megabytes, whatever the length of the log."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Episode:
-    """A logged run, open: its periods can be taken once.
+    """An open log of a run, whose periods can be taken once.
 
     Attributes:
-        log: It. Its events, changes and damage are complete once all periods are taken.
-        task: What was done, as typed, but for the seed: the same for runs that differ in nothing else.
-        settings: Every option, by name.
-        results: What came out, by name; empty where only the log is known.
-        pieces: Its periods, as the log gives them.
+        log: The log. Events, changes and damage are complete once all periods are taken.
+        task: Command of the run without its seed: runs that differ in nothing else have the same task.
+        settings: Value of every option, by name.
+        results: Metrics by name; empty if only the log is known.
+        pieces: Periods, as the log gives them.
     """
 
     log: LogReader
@@ -36,7 +36,7 @@ class Episode:
     pieces: Iterator[LogRows]
 
     def rows(self) -> Iterator[LogRows]:
-        """Yield its periods, at least `ROWS_AT_ONCE` of them at a time but for the last."""
+        """Yield the periods, at least `ROWS_AT_ONCE` of them at a time but for the last."""
         held: list[LogRows] = []
         for piece in self.pieces:
             held.append(piece)
@@ -48,10 +48,10 @@ class Episode:
 
 
 class Exporter(OpenKind):
-    """A format: a class that inherits from this and from `palpate.open_kinds.Settings`, made without arguments.
+    """Base of formats, which inherit from `palpate.open_kinds.Settings`, too, and are made without arguments.
 
-    An entry point of the group `palpate.exporters` gives it a word for `palpate log export --to`; without one it
-    is named as module:Class.
+    An entry point of the group `palpate.exporters` gives the format a word for `palpate log export --to`; without
+    one the format is named as module:Class.
     """
 
     __slots__ = ()
@@ -62,13 +62,13 @@ class Exporter(OpenKind):
         """Write one data set of all episodes.
 
         Args:
-            episodes: One or more. Take all periods of each before the next: its log is closed then.
-            folder: An empty one. If this raises, nothing of it is kept.
+            episodes: One or more episodes. Take all periods of each before the next, which closes the log.
+            folder: Empty folder. If this raises, nothing in the folder is kept.
 
         Raises:
-            InvalidValueError: The format cannot hold them.
-            MissingLibraryError: A library that it takes is not installed.
-            OSError: A file cannot be written.
+            InvalidValueError: If the format cannot hold the episodes.
+            MissingLibraryError: If a library of the format is not installed.
+            OSError: If a file cannot be written.
         """
         raise NotImplementedError
 

@@ -1,4 +1,4 @@
-"""HDF5, by h5py: a group for each run, in it the log's own quantities as arrays, with units and meaning."""
+"""Logs as HDF5, by h5py: a group per run with the log's quantities as arrays, with units and meaning."""
 
 from collections.abc import Iterator, Mapping
 from importlib import import_module
@@ -15,13 +15,13 @@ from palpate.open_kinds import Settings
 from palpate.runtime.log.fields import LogField, path_of, walk
 from palpate.version import __version__
 
-FILE = "episodes.hdf5"
+_FILE = "episodes.hdf5"
 
 _CHUNK = 1000
-"""Periods that are compressed together: 8 to 100 kB."""
+"""Number of periods that are compressed together: 8 to 100 kB."""
 
 _CACHE = 1 << 16
-"""Bytes that HDF5 holds of each array: it is written from its beginning to its end, and a log has a hundred."""
+"""Bytes that HDF5 caches of each array: arrays are written from begin to end, and a log has a hundred."""
 
 _SLOTS = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 """Filters that every build of HDF5 has."""
@@ -31,10 +31,10 @@ class Hdf5Exporter(Exporter, Settings, frozen=True):
     """One file with a group for each episode; every bit of every number, codes as enumerations with names."""
 
     def write(self, episodes: Iterator[Episode], folder: Path) -> None:
-        """See `Exporter`."""
+        """Write one file."""
         require("h5py", "hdf5", "--to hdf5")
         h5py: Any = import_module("h5py")  # it has no types
-        with h5py.File(folder / FILE, "w", rdcc_nbytes=_CACHE) as file:
+        with h5py.File(folder / _FILE, "w", rdcc_nbytes=_CACHE) as file:
             file.attrs["written_by"] = f"palpate {__version__}"
             for index, episode in enumerate(episodes):
                 group = file.create_group(f"episode_{index:06d}")

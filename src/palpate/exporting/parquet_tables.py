@@ -1,4 +1,4 @@
-"""Apache Parquet, by pyarrow."""
+"""Tables as Apache Parquet, by pyarrow."""
 
 from collections.abc import Iterator
 from importlib import import_module
@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from palpate.exporting.exporter import Episode
-from palpate.exporting.table_exporter import TableExporter
-from palpate.exporting.tables import Column, Table
+from palpate.exporting.tables import Column, Table, TableExporter
 from palpate.extras import require
 from palpate.open_kinds import Settings
 
@@ -18,12 +17,12 @@ class ParquetExporter(TableExporter, Settings, frozen=True):
     SUFFIX = ".parquet"
 
     def write(self, episodes: Iterator[Episode], folder: Path) -> None:
-        """See `Exporter`."""
+        """Write one file per table."""
         require("pyarrow", "parquet", "--to parquet")
         super().write(episodes, folder)
 
     def opened(self, path: Path) -> "ParquetFile":
-        """See `TableExporter`."""
+        """Return a new table."""
         return ParquetFile(path)
 
 
@@ -31,11 +30,11 @@ class ParquetFile:
     """A table that is being written.
 
     Attributes:
-        path: Its file, there from the first rows on.
+        path: File of the table, which appears with the first rows.
     """
 
     def __init__(self, path: Path) -> None:
-        """Say where."""
+        """Take the path of the file."""
         self.path = path
         self._writer: Any = None
         self._arrow: Any = import_module("pyarrow")  # it has no types
@@ -49,11 +48,11 @@ class ParquetFile:
             self._writer.close()
 
     def append(self, table: Table) -> None:
-        """See `TableFile`."""
+        """Write rows; the first rows determine the columns."""
         self.append_arrow(self._arrow.table({column.name: self._array(column) for column in table}))
 
     def append_arrow(self, table: Any) -> None:
-        """Write rows that are a table of pyarrow's."""
+        """Write the rows of a table of pyarrow."""
         if self._writer is None:
             self._writer = import_module("pyarrow.parquet").ParquetWriter(self.path, table.schema)
         self._writer.write_table(table)

@@ -1,13 +1,16 @@
-"""Logged runs as tables: periods, events, changes of parameters, and the runs themselves."""
+"""Logged runs as tables: periods, events, changes of parameters, and the runs; the base of formats of tables."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from palpate.exporting.exporter import Episode, Fact
+from palpate.errors import InvalidValueError
+from palpate.exporting.exporter import Episode, Exporter, Fact
 from palpate.runtime.log import Change, Event, Level
 from palpate.runtime.log.chunk import LogRows
 from palpate.runtime.log.fields import LogField, path_of, walk
@@ -19,7 +22,7 @@ class Column:
     """A column of a table.
 
     Attributes:
-        name: With its unit, as in arm_position_x_m.
+        name: Name with the unit, as in arm_position_x_m.
         values: Numbers, or texts as objects, shape (n,).
     """
 
@@ -65,7 +68,7 @@ def parameter_table(changes: Sequence[Change], index: int) -> Table:
 
 
 def fact_columns(facts: Sequence[Mapping[str, Fact]]) -> Table:
-    """Return what is known of episodes, one row each: numbers where all are, a nan for none; else texts."""
+    """Return facts of episodes as columns, one row each: numbers, nan for a missing one, or else texts."""
     names = dict.fromkeys(name for each in facts for name in each)
     return tuple(_fact_column(name, [each.get(name) for each in facts]) for name in names)
 
@@ -114,3 +117,58 @@ def _texts(name: str, values: list[str]) -> Column:
     column = np.empty(len(values), object)
     column[:] = values
     return Column(name, column)
+
+
+class TableFile(Protocol):
+    """A table that is being written."""
+
+    def append(self, table: Table) -> None:
+        """Write rows; the first rows determine the columns."""
+        ...
+
+
+class TableExporter(Exporter):
+    """Base of formats that are tables: period, event and parameter, which begin with the episode, and episodes.
+
+    Attributes:
+        SUFFIX: Suffix of the format's files.
+    """
+
+    __slots__ = ()
+    METHODS = ("opened",)
+    SUFFIX: ClassVar[str]
+
+    def opened(self, path: Path) -> AbstractContextManager[TableFile]:
+        """Return a new table."""
+        raise NotImplementedError
+
+    def write(self, episodes: Iterator[Episode], folder: Path) -> None:
+        """Write one file per table."""
+        facts: list[dict[str, Fact]] = []
+        with ExitStack() as files:
+
+            def table(name: str) -> TableFile:
+                return files.enter_context(self.opened(folder / f"{name}{self.SUFFIX}"))
+
+            period, event, parameter = table("period"), table("event"), table("parameter")
+            columns: list[str] | None = None
+            for index, episode in enumerate(episodes):
+                for piece in period_tables(episode, index):
+                    columns = _same_columns(columns, piece, episode)
+                    period.append(piece)
+                event.append(event_table(episode.log.events, index))
+                parameter.append(parameter_table(episode.log.changes, index))
+                named = {"log": episode.log.path.name, "task": episode.task}
+                facts.append({"episode": index, **named, **episode.settings, **episode.results})
+            table("episodes").append(fact_columns(facts))
+
+
+def _same_columns(known: list[str] | None, table: Table, episode: Episode) -> list[str]:
+    names = [column.name for column in table]
+    if known is not None and names != known:
+        other = sorted(set(names).symmetric_difference(known))
+        raise InvalidValueError(
+            f"{episode.log.path}: has other columns than the first log ({', '.join(other[:5])}): one table cannot "
+            "hold both; export them apart, or --to hdf5"
+        )
+    return names

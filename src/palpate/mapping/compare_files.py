@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.bounded_file import read_text
-from palpate.csv_table import BOUNDS, read_csv_table
+from palpate.csv_table import read_csv_table, read_csv_text
 from palpate.errors import FloatArray, InvalidValueError, positive
 from palpate.mapping.compare import SAMPLES, TouchedMap
 from palpate.mapping.compare_surface import TriangleSurface
@@ -99,14 +98,10 @@ def _cloud_normals(loaded: Any, count: int) -> FloatArray | None:
 
 
 def _from_csv(path: Path, metres_per_unit: float) -> TouchedMap:
-    try:
-        text = read_text(path, BOUNDS, "a map is CSV text")
-    except OSError as error:
-        raise InvalidValueError(f"cannot read {path}: {error.strerror}") from None
     found = read_csv_table(
-        text, str(path), "x_m, y_m and z_m below a line with these names, as explore writes them"
+        read_csv_text(path), str(path), "x_m, y_m and z_m below a line with these names, as explore writes them"
     )
-    names = [*_POSITION, *(_NORMAL if set(_NORMAL) <= set(found.columns) else ())]
+    names = [*_POSITION, *(_NORMAL if set(_NORMAL) <= set(found.columns.names) else ())]
     table = found.numbers(*names)
     table = table[np.isfinite(table).all(axis=1)]  # where nothing was felt, a height map says nan
     if not len(table):

@@ -1,38 +1,69 @@
-"""What `palpate calibrate` is to find out; imports nothing heavy, so that `palpate --help` is quick."""
+"""Options of `palpate calibrate`; imports nothing heavy, so that `palpate --help` is quick."""
 
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
 from palpate.errors import InvalidValueError, vector
 from palpate.experiments.kit.options import check_options, option
 
-LARGEST_RAW = 1e12
-"""Of a raw channel, in size: counts have 32 bits."""
+if TYPE_CHECKING:
+    from palpate.commands.command_result import CommandResult
 
-LONGEST_TARE = 600.0
-"""[s]. Longer, a sensor drifts more than it averages."""
+MAX_RAW = 1e12
+"""Largest magnitude of a raw channel: counts have 32 bits."""
 
-COLDEST, WARMEST = -50.0, 150.0
-"""[degrees Celsius] of a sensor: beyond, a number in kelvins."""
+_MAX_TARE_TIME = 600.0
+"""Longest time of readings [s]: in a longer one, the zero drifts more than averaging helps."""
 
-MOST_AVERAGED = 1_000_000
-"""Readings that a row is the average of."""
+_TEMPERATURES = -50.0, 150.0
+"""Lowest and highest temperature of a sensor [degrees Celsius]: a number beyond is in kelvins."""
 
-LONGEST_TIP = 1.0
-"""[m] Size of a fingertip and its distance from the sensor: more is a number in millimetres."""
+_MAX_AVERAGED = 1_000_000
+"""Most readings that a row is the average of."""
 
-PresetName = Literal["nano17", "wrist"]
+_MAX_TIP = 1.0
+"""Largest size of a fingertip, and of its distance from the sensor [m]: more is a number in millimetres."""
+
+PresetName = Literal["nano17", "axia80", "ft300s", "ur5e"]
+"""Sensors with a data sheet: those of `palpate.sensing.ft.preset_sensor`, but for the perfect one."""
+
 RotationOrder = Literal["base-from-sensor", "sensor-from-base"]
 FlangeOrder = Literal["base-from-flange", "flange-from-base"]
 
-SensorPath = Annotated[Path, tyro.conf.arg(metavar="SENSOR.YAML")]
-OutPath = Annotated[Path | None, tyro.conf.arg(metavar="NEW.YAML")]
-ReportPath = Annotated[Path | None, tyro.conf.arg(metavar="REPORT.HTML")]
-Channels = Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME ...")]
+_Sensor = Annotated[Path, tyro.conf.arg(metavar="SENSOR.YAML")]
+_Out = Annotated[Path | None, tyro.conf.arg(metavar="NEW.YAML")]
+_Channels = Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME ...")]
+_Gravity = Annotated[float | None, tyro.conf.arg(metavar="G")]
+
+
+def _check_direction(name: str, direction: tuple[float, float, float]) -> None:
+    vector(name, direction, 3, "")
+    if not 1e-3 < math.hypot(*direction) < 1e3:
+        raise InvalidValueError(f"{name} = {direction}: must be a direction, with a length from 1e-3 to 1e3")
+
+
+def _check_names(name: str, channels: tuple[str, ...]) -> None:
+    for i, channel in enumerate(channels):
+        if channel in channels[:i]:
+            raise InvalidValueError(f"{name}: {channel!r} is there twice; each channel has its own column")
+
+
+def _check_tip_center(name: str, center: tuple[float, float, float]) -> None:
+    vector(name, center, 3, "m")
+    if math.hypot(*center) > _MAX_TIP:
+        raise InvalidValueError(f"{name} = {center}: must be at most {_MAX_TIP:g} m away; millimetres?")
+
+
+def _check_raw_range(name: str, limits: tuple[float, float]) -> None:
+    low, high = limits
+    if not -MAX_RAW <= low < high <= MAX_RAW:
+        raise InvalidValueError(
+            f"{name} = {low:g} {high:g}: give the lower one first, at most {MAX_RAW:g} in size"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,54 +91,74 @@ class MatrixConfig:
 
     loads: Annotated[Path, tyro.conf.arg(metavar="LOADS.CSV")]
     """CSV file with raw channels and known loads."""
-    sensor: SensorPath
+    sensor: _Sensor
     """Sensor file to update; `palpate calibrate new` makes a first one."""
-    out: OutPath = None
+    out: _Out = None
     """Write here instead, and leave the sensor file as it is."""
-    channels: Channels = ()
+    channels: _Channels = option((), check=_check_names)
     """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
     raw_unit: Annotated[str, tyro.conf.arg(metavar="UNIT")] = ""
     """Unit of the raw channels ("V", "counts"). Left out: as in the header, or in the sensor file."""
-    raw_range: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LOW HIGH")] = option(None, "raw")
+    raw_range: Annotated[tuple[float, float] | None, tyro.conf.arg(metavar="LOW HIGH")] = option(
+        None, "raw", check=_check_raw_range
+    )
     """Lowest and highest reading that is not saturated [raw unit]. Left out: as in the sensor file."""
     temperature: Annotated[float | None, tyro.conf.arg(metavar="C")] = option(
-        None, "degrees Celsius", within=(COLDEST, WARMEST)
+        None, "degrees Celsius", within=_TEMPERATURES
     )
     """Temperature of the sensor in use [degrees Celsius], at which the calibration is to hold; the file needs a
     column temperature_C. Left out: the mean of that column."""
     rotation: RotationOrder = "base-from-sensor"
-    """With weights in poses: what rotations and quaternions map."""
-    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    """With weights in poses: mapping of rotations and quaternions."""
+    up: tuple[float, float, float] = option((0.0, 0.0, 1.0), check=_check_direction)
     """With weights in poses: upward direction in base coordinates."""
-    gravity: Annotated[float | None, tyro.conf.arg(metavar="G")] = option(None, "m/s^2", bound="positive")
+    gravity: _Gravity = option(None, "m/s^2", bound="positive")
     """With weights in poses: local g [m/s^2]. Left out: 9.80665."""
-    report: ReportPath = None
-    """Write a report, too: models, residuals, and what they mean for contacts."""
-    tip_radius: Annotated[float | None, tyro.conf.arg(metavar="R")] = option(None, "m", bound="positive")
+    report: Annotated[Path | None, tyro.conf.arg(metavar="REPORT.HTML")] = None
+    """Write a report, too: models, residuals, and the uncertainty of contacts."""
+    tip_radius: Annotated[float | None, tyro.conf.arg(metavar="R")] = option(
+        None, "m", bound="positive", within=(0.0, _MAX_TIP), remark="; millimetres?"
+    )
     """With --report: radius of the round fingertip that the sensor is to carry [m]. Left out: 0.01."""
-    tip_center: tuple[float, float, float] = (0.0, 0.0, 0.02)
+    tip_center: tuple[float, float, float] = option((0.0, 0.0, 0.02), check=_check_tip_center)
     """With --report: centre of that fingertip in the sensor frame [m]."""
 
     def __post_init__(self) -> None:
         check_options(self)
-        _no_name_twice(self.channels)
-        _can_be_upward(self.up)
-        vector("tip_center", self.tip_center, 3, "m")
-        if (self.tip_radius or 0.0) > LONGEST_TIP or math.hypot(*self.tip_center) > LONGEST_TIP:
-            raise InvalidValueError(
-                f"tip_radius = {self.tip_radius}, tip_center = {self.tip_center}: must be at most {LONGEST_TIP:g} "
-                "m; millimetres?"
-            )
-        if self.raw_range is not None:
-            low, high = self.raw_range
-            if not -LARGEST_RAW <= low < high <= LARGEST_RAW:
-                raise InvalidValueError(
-                    f"raw_range = {low:g} {high:g}: give the lower one first, at most {LARGEST_RAW:g} in size"
-                )
+
+    def run(self) -> "CommandResult":
+        """Find the calibration, print its quality, and put it into the sensor file."""
+        from palpate.commands.calibrate.matrix import calibrate_matrix
+
+        return calibrate_matrix(self)
 
 
 @dataclass(frozen=True, slots=True)
-class PayloadConfig:
+class _PosesConfig:
+    """Options of calibrations from static poses."""
+
+    poses: Annotated[Path, tyro.conf.arg(metavar="POSES.CSV")]
+    """CSV file with poses and wrenches."""
+    sensor: _Sensor
+    """Sensor file to update; `palpate calibrate new` makes a first one."""
+    out: _Out = None
+    """Write here instead, and leave the sensor file as it is."""
+    up: tuple[float, float, float] = option((0.0, 0.0, 1.0), check=_check_direction)
+    """Upward direction in base coordinates: not z for a robot on a wall."""
+    gravity: _Gravity = option(None, "m/s^2", bound="positive")
+    """Local g [m/s^2]: 9.780 at the equator to 9.832 at the poles. Left out: 9.80665, and the mass is uncertain by
+    0.15 % on this account."""
+    averaged: int = option(1, within=(1, _MAX_AVERAGED))
+    """Number of readings that each row is the average of: the noise falls with the square root of this number."""
+    channels: _Channels = option((), check=_check_names)
+    """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
+
+    def __post_init__(self) -> None:
+        check_options(self)
+
+
+@dataclass(frozen=True, slots=True)
+class PayloadConfig(_PosesConfig):
     """Find mass, centre of mass and bias from static poses.
 
     Input: CSV with a header line, then one pose per line, at rest and without contact. Columns by name: the wrench
@@ -127,32 +178,18 @@ class PayloadConfig:
     Example: palpate calibrate payload --poses poses.csv --sensor sensor.yaml
     """
 
-    poses: Annotated[Path, tyro.conf.arg(metavar="POSES.CSV")]
-    """CSV file with poses and wrenches."""
-    sensor: SensorPath
-    """Sensor file to update; `palpate calibrate new` makes a first one."""
-    out: OutPath = None
-    """Write here instead, and leave the sensor file as it is."""
     rotation: RotationOrder = "base-from-sensor"
-    """What rotations and quaternions map: sensor to base coordinates, or the inverse."""
-    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    """Upward direction in base coordinates: not z for a robot on a wall."""
-    gravity: Annotated[float | None, tyro.conf.arg(metavar="G")] = option(None, "m/s^2", bound="positive")
-    """Local g [m/s^2]: 9.780 at the equator to 9.832 at the poles. Left out: 9.80665, and the mass is uncertain by
-    0.15 % on this account."""
-    averaged: int = option(1, within=(1, MOST_AVERAGED))
-    """How many readings each row is the average of: the noise is less by the square root of it."""
-    channels: Channels = ()
-    """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
+    """Mapping of rotations and quaternions: from sensor to base coordinates, or the inverse."""
 
-    def __post_init__(self) -> None:
-        check_options(self)
-        _no_name_twice(self.channels)
-        _can_be_upward(self.up)
+    def run(self) -> "CommandResult":
+        """Find payload and bias, print them, and put them into the sensor file."""
+        from palpate.commands.calibrate.run import calibrate_payload
+
+        return calibrate_payload(self)
 
 
 @dataclass(frozen=True, slots=True)
-class MountingConfig:
+class MountingConfig(_PosesConfig):
     """Find how the sensor is turned on the flange, with mass, centre of mass and bias, from static poses.
 
     Input: as for `palpate calibrate payload`, but with the orientation of the robot's flange, as the controller
@@ -166,27 +203,14 @@ class MountingConfig:
     Example: palpate calibrate mounting --poses poses.csv --sensor sensor.yaml --averaged 500
     """
 
-    poses: Annotated[Path, tyro.conf.arg(metavar="POSES.CSV")]
-    """CSV file with poses of the flange, and wrenches."""
-    sensor: SensorPath
-    """Sensor file to update; `palpate calibrate new` makes a first one."""
-    out: OutPath = None
-    """Write here instead, and leave the sensor file as it is."""
     rotation: FlangeOrder = "base-from-flange"
-    """What rotations and quaternions map: flange to base coordinates, or the inverse."""
-    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    """Upward direction in base coordinates: not z for a robot on a wall."""
-    gravity: Annotated[float | None, tyro.conf.arg(metavar="G")] = option(None, "m/s^2", bound="positive")
-    """Local g [m/s^2]. Left out: 9.80665, and the mass is uncertain by 0.15 % on this account."""
-    averaged: int = option(1, within=(1, MOST_AVERAGED))
-    """How many readings each row is the average of: the noise is less by the square root of it."""
-    channels: Channels = ()
-    """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
+    """Mapping of rotations and quaternions: from flange to base coordinates, or the inverse."""
 
-    def __post_init__(self) -> None:
-        check_options(self)
-        _no_name_twice(self.channels)
-        _can_be_upward(self.up)
+    def run(self) -> "CommandResult":
+        """Find the rotation, print it, and put payload and bias into the sensor file."""
+        from palpate.commands.calibrate.run import calibrate_mounting
+
+        return calibrate_mounting(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +235,7 @@ class TareConfig:
     Example: palpate calibrate tare --live stage --sensor sensor.yaml --unknown-bias 0.1 -0.2 0.3 0.001 0 0.002
     """
 
-    sensor: SensorPath
+    sensor: _Sensor
     """Sensor file to update; `palpate calibrate new` makes a first one."""
     readings: Annotated[Path | None, tyro.conf.arg(metavar="REST.CSV")] = None
     """CSV file with readings at rest."""
@@ -219,18 +243,20 @@ class TareConfig:
     """Take readings now: stage is the simulated one."""
     robot: Annotated[str | None, tyro.conf.arg(metavar="ROBOT")] = None
     """Take readings now, of a robot file of kind `rig`, or an emulated robot. Nothing may be touched."""
-    out: OutPath = None
+    out: _Out = None
     """Write here instead, and leave the sensor file as it is."""
-    gravity_direction: Annotated[tuple[float, float, float] | None, tyro.conf.arg(metavar="X Y Z")] = None
+    gravity_direction: Annotated[tuple[float, float, float] | None, tyro.conf.arg(metavar="X Y Z")] = option(
+        None, check=_check_direction
+    )
     """With --readings: direction of gravity in the sensor frame; needed if the sensor carries a payload."""
     gravity: float = option(9.80665, "m/s^2", bound="positive")
     """Local g [m/s^2], for the payload's weight."""
     learn_noise: bool = False
     """Take the noise of the sensor from these readings, too, instead of holding them against the sensor file's:
     for the first tare of a new sensor. Whether they moved is then judged by their trend alone."""
-    channels: Channels = ()
+    channels: _Channels = option((), check=_check_names)
     """Names of the raw channels' columns, in the device's order. Left out: raw_0, raw_1, ..."""
-    duration: float = option(2.0, "s", bound="positive", within=(-math.inf, LONGEST_TARE))
+    duration: float = option(2.0, "s", bound="positive", within=(-math.inf, _MAX_TARE_TIME))
     """With --live or --robot: how long to take readings [s]."""
     force_noise: Annotated[float | None, tyro.conf.arg(metavar="SD")] = option(None, "N", bound="not negative")
     """With --live stage: standard deviation of the force noise [N]. Left out: as in the sensor file."""
@@ -239,41 +265,39 @@ class TareConfig:
     unknown_bias: Annotated[
         tuple[float, float, float, float, float, float] | None, tyro.conf.arg(metavar="FX FY FZ MX MY MZ")
     ] = None
-    """With --live stage: what the simulated sensor shows without load [N, N m], to be found."""
+    """With --live stage: bias of the simulated sensor [N, N m], which the tare should find."""
     seed: int = 0
     """With --live stage: seed of the noise."""
 
     def __post_init__(self) -> None:
         check_options(self)
-        _no_name_twice(self.channels)
         given = sum(source is not None for source in (self.readings, self.live, self.robot))
         if given != 1:
             found = ("none", "", "both", "all")[given]
             raise InvalidValueError(
                 f"{found} given of --readings REST.CSV, --live stage and --robot ROBOT: give one"
             )
-        if self.live is None:
-            for name in ("force_noise", "moment_noise", "unknown_bias"):
-                if getattr(self, name) is not None:
-                    raise InvalidValueError(f"{name} is for --live stage only: leave it out otherwise")
+        for name in ("force_noise", "moment_noise", "unknown_bias"):
+            if self.live is None and getattr(self, name) is not None:
+                raise InvalidValueError(f"{name} is for --live stage only: leave it out otherwise")
         if self.readings is None and self.gravity_direction is not None:
             raise InvalidValueError("gravity_direction is for --readings only: a live back end measures it")
-        if self.gravity_direction is not None:
-            vector("gravity_direction", self.gravity_direction, 3, "")
-            if not 1e-3 < math.hypot(*self.gravity_direction) < 1e3:
-                raise InvalidValueError(
-                    f"gravity_direction = {self.gravity_direction}: must be a direction, with a length from 1e-3 "
-                    "to 1e3"
-                )
         if self.unknown_bias is not None:
             vector("unknown_bias", self.unknown_bias, 6, "N, N m")
+
+    def run(self) -> "CommandResult":
+        """Find the bias, print it, and put it into the sensor file."""
+        from palpate.commands.calibrate.run import tare
+
+        return tare(self)
 
 
 @dataclass(frozen=True, slots=True)
 class NewSensorConfig:
     """Make a first sensor file, with comments and units, to start from.
 
-    nano17 is a fingertip sensor (ATI Nano17 SI-12-0.12), wrist one for a robot's wrist (ATI Axia80-M20 SI-500-20).
+    The presets are those of robot files: nano17 is a fingertip sensor (ATI Nano17 SI-12-0.12); axia80 (ATI
+    Axia80-M20 SI-500-20) and ft300s (Robotiq FT 300-S) are for a robot's wrist, and ur5e is in a UR5e's flange.
     Ranges are the maker's; read the provenance in the file, and edit what your sensor differs in. A file that is
     there is not replaced.
 
@@ -285,20 +309,10 @@ class NewSensorConfig:
     preset: PresetName
     """Kind of sensor."""
     serial_number: str = "unknown"
-    """Of your sensor."""
+    """Serial number of your sensor."""
 
+    def run(self) -> "CommandResult":
+        """Write the file."""
+        from palpate.commands.calibrate.run import new_sensor
 
-CalibrateConfig = NewSensorConfig | MatrixConfig | PayloadConfig | MountingConfig | TareConfig
-"""What is to be found out."""
-
-
-def _can_be_upward(up: tuple[float, float, float]) -> None:
-    vector("up", up, 3, "")
-    if not 1e-3 < math.hypot(*up) < 1e3:
-        raise InvalidValueError(f"up = {up}: must be a direction, with a length from 1e-3 to 1e3")
-
-
-def _no_name_twice(channels: tuple[str, ...]) -> None:
-    for i, name in enumerate(channels):
-        if name in channels[:i]:
-            raise InvalidValueError(f"channels: {name!r} is there twice; each channel has its own column")
+        return new_sensor(self)

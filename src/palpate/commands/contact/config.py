@@ -1,4 +1,4 @@
-"""What `palpate contact` is to do; imports nothing heavy, so that `palpate --help` is quick."""
+"""Options of `palpate contact`; imports nothing heavy, so that `palpate --help` is quick."""
 
 import math
 from dataclasses import dataclass
@@ -7,13 +7,12 @@ from typing import Annotated, Literal
 
 import tyro
 
-from palpate.errors import InvalidValueError, check_not_negative, positive, vector
+from palpate.errors import InvalidValueError, positive, vector
 from palpate.experiments.kit.checks import check_length
 from palpate.experiments.kit.options import check_options, option
 
 STANDARD_STREAM = Path("-")
 """Standard input or standard output, as many tools write it."""
-
 
 FINGERTIPS = {
     "sphere": "R",
@@ -28,8 +27,8 @@ FINGERTIPS = {
 }
 """Options that describe a fingertip, and the sizes that they take."""
 
-DEVIATIONS = {"force_noise": "N", "moment_noise": "N m", "size_sd": "m", "position_sd": "m", "rotation_sd": "rad"}
-"""Options that give standard deviations, and their units."""
+_ENDLESS = "plane", "cylinder", "paraboloid"
+"""Fingertips that are modelled without an end in some direction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,23 +81,24 @@ class ContactConfig:
     )
     """Fingertip: |x/A|^P + |y/B|^P + |z/C|^P = 1 [m, m, m, -]."""
     mesh: Annotated[Path | None, tyro.conf.arg(metavar="MESH")] = None
-    """Fingertip: a closed convex mesh file (STL, PLY, OBJ) in metres."""
+    """Fingertip: a closed convex mesh file (STL, PLY, OBJ), in metres unless --scale says otherwise."""
+    scale: Annotated[float | None, tyro.conf.arg(metavar="S")] = option(None, "m", bound="positive")
+    """With --mesh: metres per unit of the file, 0.001 for one in millimetres. Left out: 1."""
     center: tuple[float, float, float] = option((0.0, 0.0, 0.0), "m")
     """Centre of the fingertip's surface in the sensor frame [m]."""
     rotvec: tuple[float, float, float] = option((0.0, 0.0, 0.0), "rad")
     """How the surface's axes are turned against the sensor's: axis times angle [rad]."""
     model: Literal["soft", "hard"] = "soft"
     """soft: with spin torque, exact. hard: without, the wrench-axis method."""
-    force_noise: float = option(0.0, "N")
+    force_noise: float = option(0.0, "N", bound="not negative")
     """Standard deviation of the sensor's force noise [N], each axis."""
-    moment_noise: float = option(0.0, "N m")
+    moment_noise: float = option(0.0, "N m", bound="not negative")
     """Standard deviation of the sensor's moment noise [N m], each axis."""
-    size_sd: float = option(0.0, "m")
-    """Standard deviation of the fingertip's size: how far its surface may lie further out [m]."""
-    position_sd: float = option(0.0, "m")
-    """Standard deviation of the fingertip's center in the sensor frame [m], each axis."""
-    rotation_sd: float = option(0.0, "rad")
-    """Standard deviation of the fingertip's rotation in the sensor frame [rad], about each axis."""
+    tip_sd: Annotated[tuple[float, float, float], tyro.conf.arg(metavar="SIZE PLACE TURN")] = option(
+        (0.0, 0.0, 0.0), bound="not negative"
+    )
+    """Standard deviations of the fingertip: how far its surface may lie further out [m], its centre in the sensor
+    frame [m, each axis], and its rotation in the sensor frame [rad, about each axis]."""
     not_finite: Literal["refuse", "mark"] = "refuse"
     """A row with nan or inf in its wrench: refuse the input, naming the line; or mark the row INVALID, go on."""
     format: Literal["csv", "jsonl"] = "csv"
@@ -113,35 +113,44 @@ class ContactConfig:
             found = " and ".join(f"--{name}" for name in given) or "none"
             options = ", ".join(f"--{name} {sizes}" for name, sizes in FINGERTIPS.items())
             raise InvalidValueError(f"fingertip: {found} given; give one of {options} [m]")
-        for name in given:
-            value = getattr(self, name)
-            if not isinstance(value, Path):
-                self._check_sizes(name, value if isinstance(value, tuple) else (value,))
+        if self.mesh is None:
+            self._check_sizes(self.fingertip)
+            if self.scale is not None:
+                raise InvalidValueError(f"scale = {self.scale:g}: is for --mesh only; give other sizes in metres")
         vector("center", self.center, 3, "m")
         vector("rotvec", self.rotvec, 3, "rad")
-        check_not_negative(self, **DEVIATIONS)
         if self.has_deviations and self.model == "hard":
             raise InvalidValueError(
-                f"{', '.join(DEVIATIONS)} give standard deviations of the soft model only: leave them out, or "
-                "--model soft"
+                "force_noise, moment_noise and tip_sd give standard deviations of the soft model only: leave them "
+                "out, or --model soft"
             )
 
-    @staticmethod
-    def _check_sizes(name: str, sizes: tuple[float, ...]) -> None:
+    def _check_sizes(self, name: str) -> None:
+        sizes = self.sizes
         if name == "superellipsoid":
-            *sizes, exponent = sizes  # type: ignore[assignment]
+            *sizes, exponent = sizes
             positive(name, exponent, "as its exponent")
         for length in sizes:
             if not (name == "ellipsoid" and length == math.inf):  # endless along that axis
                 check_length(name, length)
 
     @property
+    def fingertip(self) -> str:
+        """Name of the option that describes the fingertip."""
+        return next(name for name in FINGERTIPS if getattr(self, name) is not None)
+
+    @property
+    def sizes(self) -> list[float]:
+        """Sizes of a fingertip that is no mesh [m]."""
+        value = getattr(self, self.fingertip)
+        return list(value) if isinstance(value, tuple) else [value]
+
+    @property
     def endless(self) -> bool:
         """Whether the fingertip is modelled without an end in some direction."""
-        open_kind = self.plane is not None or self.cylinder is not None or self.paraboloid is not None
-        return open_kind or (self.ellipsoid is not None and math.inf in self.ellipsoid)
+        return self.fingertip in _ENDLESS or (self.ellipsoid is not None and math.inf in self.ellipsoid)
 
     @property
     def has_deviations(self) -> bool:
         """Whether standard deviations are requested."""
-        return any(getattr(self, name) > 0.0 for name in DEVIATIONS)
+        return any((self.force_noise, self.moment_noise, *self.tip_sd))

@@ -92,7 +92,8 @@ class ExploreConfig:
     40 mm; 30, 120 mm; 60, 25 mm; 3, 60, 180 mm."""
     file: Path | None = option(None, fixed=TOUCHED)
     """What describes a mesh (STL, OBJ or PLY; closed, in metres) or a height-field (CSV with columns x_m, y_m and
-    z_m on a regular grid, as an exploration's height_map.csv; or z alone, a line for each y, as CSV or .npy), or a
+    z_m on a regular grid, as an exploration's height_map.csv, whose places without a height get that of
+    the nearest place with one; or z alone, a line for each y, as CSV or .npy), or a
     scene (MJCF, with the meshes that it names beside it)."""
     scale: float = option(1.0, fixed=TOUCHED)
     """Metres per unit of that file: 0.001 if it is in millimetres."""

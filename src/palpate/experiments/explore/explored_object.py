@@ -125,6 +125,7 @@ def object_line(target: SceneObject | Target, config: ExploreConfig) -> str:
     if isinstance(target, HeightField):
         rows, columns = target.heights.shape
         extent = f"{columns} x {rows} heights over {1e3 * target.width:.4g} x {1e3 * target.depth:.4g} mm"
+        extent += f", {target.untouched} of them filled" if target.untouched else ""
     elif isinstance(target, TracedMesh | ConvexMesh):
         sides = " x ".join(f"{1e3 * s:.4g}" for s in np.ptp(target.triangles.vertices, axis=0))
         extent = f"{len(target.triangles.faces)} triangles, {sides} mm"
@@ -133,6 +134,16 @@ def object_line(target: SceneObject | Target, config: ExploreConfig) -> str:
     else:
         raise TypeError(f"a {type(target).__name__} comes from no file")
     return f"{config.object} {config.file}, {extent}"
+
+
+def object_notes(target: SceneObject | Target) -> tuple[str, ...]:
+    """Return remarks on an object from a file."""
+    if not isinstance(target, HeightField) or not target.untouched:
+        return ()
+    return (
+        f"{target.untouched} of {target.heights.size} places of the height field were not touched; each is as "
+        "high as the nearest touched place.",
+    )
 
 
 def _touched(scene: SceneFile, config: ExploreConfig) -> SceneTarget:

@@ -1,18 +1,23 @@
 """Height fields from files: as a grid of numbers, or as the height map that an exploration writes."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 
 from palpate.bounded_file import read_array, read_text
-from palpate.csv_table import BOUNDS, NumberTable, number_in, read_csv_table, short
+from palpate.csv_table import BOUNDS, CsvTable, number_in, read_csv_table, short
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.sim import HeightField
 from palpate.sim.objects.mesh_file import LARGEST, SMALLEST
 
-EXTENT = re.compile(r"# *width_m *= *([^\s,]+) *,? *depth_m *= *([^\s,]+) *")
+_EXTENT = re.compile(r"# *width_m *= *([^\s,]+) *,? *depth_m *= *([^\s,]+) *(?:untouched *= *(\d{1,9}) *)?")
 """First line of a grid, with its extent."""
+
+_MIN_TOUCHED = 0.1
+"""Least share of the places of an explored map's grid that have a height: the others are filled."""
 
 HOLDS = (
     "the heights of one row of the grid, or x_m, y_m and z_m of a point below a line with these names (for a "
@@ -44,7 +49,8 @@ def load_heights(path: Path, metres_per_unit: float, size: tuple[float, ...]) ->
     A CSV file is one of two:
 
     - columns `x_m`, `y_m` and `z_m` (others are left alone) with the points of a regular grid in any order, as
-      `palpate explore` writes its height_map.csv;
+      `palpate explore` writes its height_map.csv. Places without a height (nan, or not there) were not touched:
+      each gets the height of the nearest place that was;
     - the heights z alone, a line for each y, from the least on, a column for each x; the first line may be
       `# width_m=0.06 depth_m=0.04`, from the first sample to the last.
 
@@ -66,18 +72,21 @@ def load_heights(path: Path, metres_per_unit: float, size: tuple[float, ...]) ->
     except OSError as error:
         raise InvalidValueError(f"file = {name}: cannot be read: {error.strerror}") from None
     own, table = _extent(name, text), read_csv_table(text, name, HOLDS)
-    if table.columns:
-        heights, sides = _map(table)
+    untouched = 0
+    if table.columns.names:
+        heights, sides, untouched = _map(table)
         own = (metres_per_unit * sides[0], metres_per_unit * sides[1])
     else:
         heights = table.numbers()
-    return _field(name, heights * metres_per_unit, size if own is None else _sized(name, size, own))
+    field = _field(name, heights * metres_per_unit, size if own is None else _sized(name, size, own))
+    return replace(field, untouched=untouched) if untouched else field
 
 
 def heights_text(field: HeightField) -> str:
     """Return a height field as CSV that gives the very same bits again."""
     rows = (",".join(map(repr, row)) for row in field.heights.tolist())
-    return "\n".join([f"# width_m={field.width!r} depth_m={field.depth!r}", *rows, ""])
+    untouched = f" untouched={field.untouched}" if field.untouched else ""
+    return "\n".join([f"# width_m={field.width!r} depth_m={field.depth!r}{untouched}", *rows, ""])
 
 
 def read_heights_text(text: str, name: str) -> HeightField:
@@ -89,7 +98,9 @@ def read_heights_text(text: str, name: str) -> HeightField:
     extent = _extent(name, text)
     if extent is None:
         raise InvalidValueError(f"{name}: its first line is no `# width_m=... depth_m=...`")
-    return HeightField(read_csv_table(text, name, HOLDS).numbers(), *extent)
+    found = _EXTENT.fullmatch(text.partition("\n")[0].strip())
+    untouched = int((found and found[3]) or 0)
+    return HeightField(read_csv_table(text, name, HOLDS).numbers(), *extent, untouched=untouched)
 
 
 def _field(name: str, heights: FloatArray, size: tuple[float, ...]) -> HeightField:
@@ -129,7 +140,7 @@ def _sized(name: str, typed: tuple[float, ...], own: tuple[float, ...]) -> tuple
 
 def _extent(name: str, text: str) -> tuple[float, float] | None:
     """Width and depth in the first line of a grid [m]."""
-    found = EXTENT.fullmatch(text.partition("\n")[0].strip())
+    found = _EXTENT.fullmatch(text.partition("\n")[0].strip())
     if found is None:
         return None
     width, depth = number_in(found[1]), number_in(found[2])
@@ -139,9 +150,12 @@ def _extent(name: str, text: str) -> tuple[float, float] | None:
     return width, depth
 
 
-def _map(table: NumberTable) -> tuple[FloatArray, tuple[float, float]]:
-    """Heights of a table of points, shape (ny, nx), and their extent along x and y; in the file's unit."""
-    name = table.name
+def _map(table: CsvTable) -> tuple[FloatArray, tuple[float, float], int]:
+    """Return the heights of a table of points, shape (ny, nx), their extent along x and y, and the number filled.
+
+    Lengths are in the file's unit.
+    """
+    name = table.columns.table
     x, y, z = table.numbers("x_m", "y_m", "z_m").T
     column, across = _places(name, "x_m", x)
     row, along = _places(name, "y_m", y)
@@ -151,14 +165,20 @@ def _map(table: NumberTable) -> tuple[FloatArray, tuple[float, float]]:
         raise InvalidValueError(f"{name}: {len(z) - given} points stand in it more than once; leave one of each")
     # counted before there is room for them all: points along a diagonal would take that of their square
     missing = ny * nx - given + int(np.isnan(z).sum())
-    if missing:
+    if missing > (1.0 - _MIN_TOUCHED) * ny * nx:
         raise InvalidValueError(
-            f"{name}: {missing} of {ny * nx} points of its grid have no height (nan, or not there); cut "
-            "the map to where it is complete, or fill its holes"
+            f"{name}: {missing} of {ny * nx} points of its grid have no height (nan, or not there): at most "
+            f"{1.0 - _MIN_TOUCHED:.0%} are filled; cut the map to where it is denser"
         )
-    heights = np.empty((ny, nx))
+    heights = np.full((ny, nx), np.nan)
     heights[row, column] = z
-    return heights, (across, along)
+    if missing:
+        spacing = (along / (ny - 1), across / (nx - 1))
+        nearest = distance_transform_edt(
+            np.isnan(heights), sampling=spacing, return_distances=False, return_indices=True
+        )
+        heights = heights[tuple(nearest)]
+    return heights, (across, along), missing
 
 
 def _places(name: str, column: str, values: FloatArray) -> tuple[np.ndarray, float]:

@@ -191,7 +191,7 @@ METRICS = (
         "mm",
         note="object, or end of the tool, by elastic contacts and slip, seen from the fingers that hold it",
         needs_truth=True,
-        applies=lambda result: len(result.plan.fingers) > 1,
+        applies=lambda result: result.held_motion is not None,
     ),
     Metric("contacts", "contacts", "", lambda result: len(result.cloud)),
     Metric("marks", "marks", "", lambda result: len(result.marks), note=_marks),

@@ -23,7 +23,7 @@ from palpate.controllers.paths import Circuit, Hop, Leg, Mark, PathPlane, Point,
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import FASTEST, SLOWEST, ExploreConfig
 from palpate.experiments.explore.experiment import FILE_NAMES
-from palpate.experiments.explore.explored_object import object_of, object_texts
+from palpate.experiments.explore.explored_object import object_notes, object_of, object_texts
 from palpate.experiments.explore.objects import FROM_FILE
 from palpate.experiments.explore.scans import ActiveScan, ContourScan, Effort, Scan, scan_on
 from palpate.experiments.kit.checks import (
@@ -44,6 +44,8 @@ from palpate.experiments.kit.one_finger import (
     Identified,
     PressingPlan,
     Setup,
+    check_workspace,
+    workspace_around,
 )
 from palpate.kinematics import follow_path
 from palpate.mapping import Knowledge
@@ -81,9 +83,6 @@ _CONTOUR_BEND = 2.0
 
 _SPARE_TIME = 10.0
 """Time that a run may take beyond the longest duration of its scan [s]."""
-
-_MILLI = 1e3
-"""mm per m."""
 
 _LOOK_EVERY = 10
 """Periods between two looks at the marks: ten milliseconds, three times as often as figures are drawn."""
@@ -341,7 +340,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
         longest_duration=scan.longest(effort) + _SPARE_TIME,
         files=FILE_NAMES,
         # the object may not be as described
-        notes=(f"A wall or step in the path would be {wall}.",) if unsafe else (),
+        notes=(*((f"A wall or step in the path would be {wall}.",) if unsafe else ()), *object_notes(touched)),
         followed=None if ready.arm is None else follow_path(ready.arm, path, config.speed),
         scan=scan,
         plane=plane,
@@ -404,27 +403,14 @@ def _limits(
     """
     (x0, y0), (x1, y1) = scan.box
     lower, upper = plane.base((x0, y0), top - descent), plane.base((x1, y1), top)
-    for axis, low, high, least, most in zip(
-        "xyz", lower, upper, robot.workspace_lower, robot.workspace_upper, strict=True
-    ):
-        if high > most or (low < least and axis != "z"):  # the object decides how far down it comes
-            raise InvalidValueError(
-                f"the path reaches from {low:g} to {high:g} m along {axis}: it leaves the robot's workspace, "
-                f"{least:g} to {most:g} m (limits.workspace_lower_m, workspace_upper_m in the robot file); take a "
-                "smaller region or object, or a robot with more room"
-            )
+    remedy = "take a smaller region or object, or a robot with more room"
+    check_workspace(robot, lower, upper, remedy, down_to_object=True)
     stopping = 0.5 * speed**2 / acceleration
-    # nearer to the robot's own workspace the supervisor stops what moves on
+    # nearer to the robot's own workspace the supervisor stops a tip that moves on
     braking = speed * (robot.sample_age + Stopping().delay)
-
-    def around(room: float, inset: float = 0.0) -> tuple[Vector, Vector]:
-        low = (max(a - room, least + inset) for a, least in zip(lower, robot.workspace_lower, strict=True))
-        high = (min(a + room, most - inset) for a, most in zip(upper, robot.workspace_upper, strict=True))
-        return (next(low), next(low), next(low)), (next(high), next(high), next(high))
-
-    workspace_lower, workspace_upper = around(_ROOM + stopping)
+    workspace_lower, workspace_upper = workspace_around(robot, lower, upper, _ROOM + stopping)
     limits = msgspec.structs.replace(robot, workspace_lower=workspace_lower, workspace_upper=workspace_upper)
-    return limits, Room(*around(0.5 * _ROOM + stopping, braking))
+    return limits, Room(*workspace_around(robot, lower, upper, 0.5 * _ROOM + stopping, braking))
 
 
 def _check_push(config: ExploreConfig, ready: RobotInScene) -> None:
@@ -470,17 +456,17 @@ def _tip_path(scan: Scan, target: SceneObject, plane: PathPlane, tip_height: flo
 
 def _quantities(config: ExploreConfig, scan: Scan, effort: Effort) -> tuple[Quantity, ...]:
     """Return the quantities of a dry run."""
-    (x0, y0), (x1, y1) = ((_MILLI * x, _MILLI * y) for x, y in scan.box)
+    (x0, y0), (x1, y1) = ((1e3 * x, 1e3 * y) for x, y in scan.box)
     length_note = "what is felt decides" if math.isnan(scan.length) else "seen from above"
     return (
         Quantity("path", scan.line),
         Quantity("expected duration", scan.duration(effort), "s", "without pressing first"),
         Quantity("longest duration", scan.longest(effort) + _SPARE_TIME, "s", "then it is stopped"),
-        Quantity("path length", _MILLI * scan.length, "mm", length_note),
+        Quantity("path length", 1e3 * scan.length, "mm", length_note),
         Quantity("path along x", x1 - x0, "mm", f"from {x0:.4g} to {x1:.4g} mm"),
         Quantity("path along y", y1 - y0, "mm", f"from {y0:.4g} to {y1:.4g} mm"),
         Quantity("force", config.force, "N", "to hold"),
         Quantity("greatest force asked for", config.greatest_force, "N"),
-        Quantity("speed", _MILLI * config.speed, "mm/s", "along the surface"),
-        Quantity("landing speed", _MILLI * effort.parameters.landing_speed, "mm/s"),
+        Quantity("speed", 1e3 * config.speed, "mm/s", "along the surface"),
+        Quantity("landing speed", 1e3 * effort.parameters.landing_speed, "mm/s"),
     )

@@ -2,7 +2,7 @@
 
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import MISSING, fields, replace
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -166,11 +166,10 @@ def log_row(result: RunResult) -> tuple[tuple[str, str], ...]:
 
 def command_line(name: str, config: "DataclassInstance") -> str:
     """Return the command of a configuration, with all options that differ from their defaults."""
-    usual = type(config)()
     words = ["palpate", *typed_words(name)]
     for field in fields(config):
         value = getattr(config, field.name)
-        if value == getattr(usual, field.name):
+        if value == (field.default if field.default_factory is MISSING else field.default_factory()):
             continue
         option = field.name.replace("_", "-")
         if isinstance(value, bool):

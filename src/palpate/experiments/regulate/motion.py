@@ -85,13 +85,11 @@ def read_motion(kind: type[_Table], text: str, name: str) -> _Table:
     Raises:
         InvalidValueError: If the text is no motion of that kind.
     """
-    table = read_csv_table(text, name, f"four numbers, time [s] and {_COORDINATES[kind]}", _COLUMNS)
+    table = read_csv_table(text, name, f"four numbers, time [s] and {_COORDINATES[kind]}", width=_COLUMNS)
     numbers = table.numbers()
     wrong = np.flatnonzero(~(np.abs(numbers) <= _MAX_NUMBER).all(axis=1))
     if len(wrong):
-        raise InvalidValueError(
-            f"{name}, line {table.lines[wrong[0]]}: every number must be finite, at most {_MAX_NUMBER:g} in size"
-        )
+        raise table.wrong(int(wrong[0]), f"every number must be finite, at most {_MAX_NUMBER:g} in size")
     try:
         return kind(tuple(numbers[:, 0].tolist()), tuple((x, y, z) for _, x, y, z in numbers.tolist()))
     except InvalidValueError as error:

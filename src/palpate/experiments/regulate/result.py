@@ -13,7 +13,7 @@ from palpate.controllers.guarded_approach import Loss
 from palpate.errors import FloatArray
 from palpate.experiments.kit.recorded_periods import ContactTruth, Periods
 from palpate.experiments.kit.recorded_run import ChangeOutcome, Recorded
-from palpate.experiments.kit.shown_result import ShownResult
+from palpate.experiments.kit.registry import ShownResult
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.experiments.regulate.response import (
     FrequencyResponse,

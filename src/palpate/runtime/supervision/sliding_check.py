@@ -41,7 +41,7 @@ SLOWEST_TURN = 1e-2
 
 LEAST_SHARE, LEAST_FORCE = 0.1, 0.3
 """Of the normal force, and [N]: a tangential force up to their sum may be error of the zero; 0.3 N is the drift
-from pose to pose of the largest sensor that palpate describes (preset `wrist`)."""
+from pose to pose of the largest sensor that palpate describes (preset `axia80`)."""
 
 
 MEMORY_SIZE = 9
