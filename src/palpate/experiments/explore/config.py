@@ -1,8 +1,10 @@
 """The options of an exploration; imports nothing heavy, so that `palpate --help` is quick."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.objects import (
@@ -10,14 +12,6 @@ from palpate.experiments.explore.objects import (
     article_of,
     check_file,
     checked_size,
-)
-from palpate.experiments.explore.strategies import (
-    ACCURACY,
-    SPACING,
-    CurveName,
-    MeasureName,
-    StrategyName,
-    TurnName,
 )
 from palpate.experiments.kit.change_names import EXPLORED, check_change_names
 from palpate.experiments.kit.config_checks import (
@@ -37,6 +31,24 @@ from palpate.experiments.kit.contact_checks import (
     check_force_noise,
 )
 from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, check_options, option
+
+StrategyName = Literal["raster", "spiral", "contour", "taps", "active"]
+CurveName = Literal["level", "edge"]
+TurnName = Literal["left", "right"]
+MeasureName = Literal["rms", "largest"]
+
+SPACING: Mapping[StrategyName, float] = {
+    "raster": 0.002,
+    "spiral": 0.002,
+    "contour": 0.002,
+    "taps": 0.005,
+    "active": 0.002,
+}
+"""Distance of rows, turns or taps, if none is given [m]. Of a contour, which is a single line, and of active rows,
+which lie where they are needed, it is how finely the map is drawn."""
+
+ACCURACY: Mapping[MeasureName, float] = {"rms": 2e-5, "largest": 1e-4}
+"""Wanted error of the map, if none is given [m]: what `benchmarks/active.py` stops at."""
 
 SHORTEST_SWING = 0.1
 """Shortest swing of the force [s]: servos of 100 rad/s follow 10 Hz by halves."""

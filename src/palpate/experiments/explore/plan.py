@@ -31,7 +31,7 @@ from palpate.experiments.explore.explored_object import object_of, object_texts
 from palpate.experiments.explore.identified import IdentifiedForce
 from palpate.experiments.explore.objects import FROM_FILE
 from palpate.experiments.explore.plan_watch import PlanWatch
-from palpate.experiments.explore.scans import ActiveScan, ContourScan, Effort, Scan, scan_on
+from palpate.experiments.explore.scan import PathTiming, Scan, scan_on
 from palpate.experiments.explore.wall_bound import WallBound
 from palpate.experiments.kit.allowed_speed import limits_allowing
 from palpate.experiments.kit.change_names import check_changes
@@ -128,7 +128,7 @@ class ExplorationPlan(PlanDefaults):
         scan: Where it goes, for the middle of the tip.
         plane: In it the coordinates of the tip frame's origin are those of the middle of the tip.
         parameters: For the controller.
-        effort: Durations of paths.
+        timing: Durations of paths.
         finger: For touch.
         limits: For the supervisor.
         scene: What is simulated; None on a robot.
@@ -150,7 +150,7 @@ class ExplorationPlan(PlanDefaults):
     scan: Scan
     plane: PathPlane
     parameters: ExploreParameters
-    effort: Effort
+    timing: PathTiming
     finger: FingerDescription
     limits: Limits
     scene: Scene | None
@@ -186,12 +186,12 @@ class ExplorationPlan(PlanDefaults):
     @property
     def expected_duration(self) -> float:
         """See `Plan`; without pressing first."""
-        return self.scan.duration(self.effort)
+        return self.scan.duration(self.timing)
 
     @property
     def longest_duration(self) -> float:
         """See `Plan`."""
-        return self.scan.longest(self.effort) + SPARE_TIME
+        return self.scan.longest(self.timing) + SPARE_TIME
 
     @property
     def following(self) -> FollowingMaker:
@@ -212,7 +212,7 @@ class ExplorationPlan(PlanDefaults):
 
     def controller(self) -> ExploreController:
         """See `Plan`; with a fresh strategy."""
-        found, strategy = self.identified, self.scan.strategy(self.plane, self.effort)
+        found, strategy = self.identified, self.scan.strategy(self.plane, self.timing)
         law = None if found is None else found.law(self.period)
         return ExploreController(self.parameters, strategy, self.period, law=law, profile=self.profile)
 
@@ -260,7 +260,7 @@ class ExplorationPlan(PlanDefaults):
         parameters = replace(self.parameters, gain=found.gain)
         check_changes(self.config.change, live_parameters(parameters))
         return replace(
-            self, parameters=parameters, effort=replace(self.effort, parameters=parameters), identified=found
+            self, parameters=parameters, timing=replace(self.timing, parameters=parameters), identified=found
         )
 
     def pressing(self) -> IdentifyParameters:
@@ -319,12 +319,12 @@ class ExplorationPlan(PlanDefaults):
         config, scan, scene = self.config, self.scan, known_scene(self.backend())
         title = f"Exploration of {config.thing}, {config.robot}"
         growing = SurfaceView(
-            rows=scan.prior if isinstance(scan, ActiveScan) else config.gap,
+            rows=scan.row_gap,
             voxel=config.map_spacing,
             half_compliance=self.half_compliance,
             sensed_force=config.force,
             # beside a single line nothing is surrounded by contacts: its ribbon is all there is
-            worst=Knowledge.EXTRAPOLATED if isinstance(scan, ContourScan) else Knowledge.OBSERVED,
+            worst=Knowledge.EXTRAPOLATED if scan.kind == "contour" else Knowledge.OBSERVED,
         )
         return replace(scene_view(title, scene.model, config.map_spacing), surface=growing)
 
@@ -422,7 +422,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
         scan,
         plane,
         parameters,
-        Effort(parameters, gap, descent),
+        PathTiming(parameters, gap, descent),
         ready.finger,
         limits,
         scene,
@@ -440,7 +440,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
 
 def _acceleration(config: ExploreConfig, scan: Scan) -> float:
     """Bound on tangential acceleration [m/s^2]: on a contour enough for a circle of the fingertip's size."""
-    if not isinstance(scan, ContourScan):
+    if scan.kind != "contour":
         return ACCELERATION
     return max(ACCELERATION, BENDS * config.speed**2 / min(config.tip))
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from palpate.errors import FloatArray
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.contour import PredictedContour
-from palpate.experiments.explore.scans import ContourScan, Scan
+from palpate.experiments.explore.scan import Scan
+from palpate.experiments.explore.tip_surface import PredictedContour
 from palpate.sim import SceneObject
 
 GRID = 81
@@ -43,8 +43,8 @@ class ReachableSurface:
     def of(cls, target: SceneObject, config: ExploreConfig, scan: Scan) -> Self:
         """Return the surface of `target` that the tip of `config` touches with its centre where `scan` goes."""
         half = np.array(config.tip if len(config.tip) == 3 else config.tip * 3)
-        if isinstance(scan, ContourScan):
-            return cls._along(target, half, scan.predicted, config.gap)
+        if scan.contour is not None:
+            return cls._along(target, half, scan.contour, config.gap)
         return cls._within(target, half, scan)
 
     @classmethod

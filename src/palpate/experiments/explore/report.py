@@ -14,7 +14,6 @@ from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.explored_object import object_line
 from palpate.experiments.explore.findings import explored_enough
 from palpate.experiments.explore.map_growth import growth_figure, snapshots_figure
-from palpate.experiments.explore.scans import ContourScan
 from palpate.experiments.explore.surface_figure import MICRO, MILLI, contour_figure, surface_figure
 from palpate.experiments.explore.tables import candidate_rows, layer_rows, map_rows, shape_rows, shape_sentence
 from palpate.experiments.kit.change_outcome import change_rows
@@ -117,7 +116,7 @@ def _map_sections(result: ExplorationResult, found: ExploredMap) -> Iterator[Sec
 
 
 def _surface_figures(result: ExplorationResult) -> Iterator[Figure | None]:
-    yield contour_figure(result) if isinstance(result.plan.scan, ContourScan) else surface_figure(result)
+    yield contour_figure(result) if result.plan.scan.kind == "contour" else surface_figure(result)
 
 
 def _growth_figures(result: ExplorationResult) -> Iterator[Figure]:
