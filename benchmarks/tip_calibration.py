@@ -140,9 +140,10 @@ def explored() -> Explored:
     for name, (radius, center) in errors.items():
         config = pp.ExploreConfig(robot=ROBOT, object="ellipsoid", size=(0.05, 0.04, 0.03), width=0.03, depth=0.02)
         plan = plan_for(Explore(), config)
-        tip = plan.finger.surface
+        tip = plan.fingers[0].surface
         assumed = Sphere(tip.radius + radius, center=tip.center + center)
-        plan = replace(plan, finger=replace(plan.finger, surface=assumed))
+        ready = replace(plan.ready, finger=replace(plan.ready.finger, surface=assumed))
+        plan = replace(plan, setup=replace(plan.setup, ready=ready))
         found[name] = radius, float(np.linalg.norm(center)), Explore().evaluate(plan, carry_out(plan))
     return found
 

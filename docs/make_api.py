@@ -155,9 +155,9 @@ PAGES = {
         "Experiments of your own",
         "What an experiment is, its options, its plan, its runs, and where it is found.",
         ("palpate.experiments.kit", "palpate.experiments.kit.one_finger", "palpate.experiments.kit.recorded_run",
-         "palpate.experiments.kit.contact_truth", "palpate.experiments.kit.script",
+         "palpate.experiments.kit.recorded_periods", "palpate.experiments.kit.script",
          "palpate.experiments.kit.from_log", "palpate.experiments.kit.recording",
-         "palpate.experiments.kit.registry", "palpate.experiments.kit.scene_view", "palpate.csv_table"),
+         "palpate.experiments.kit.registry", "palpate.experiments.kit.scene", "palpate.csv_table"),
     ),
     "robots": Page(
         "Robots",

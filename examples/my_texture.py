@@ -58,7 +58,7 @@ class Texture(ExperimentDefaults):
     name, summary, Config = "texture", "Stroke ripples: how rough they are.", TextureConfig
     metrics = (Metric("roughness_rms_um", "roughness, RMS", "µm", lambda result: 1e6 * float(np.std(result.z))),)
 
-    def plan(self, config, robot, texts):
+    def plan(self, config, robot, attachments):
         heights = config.ripple * np.sin(np.linspace(-0.02, 0.02, 161) / WAVELENGTH * 2.0 * np.pi)
         how = {"force": config.force, "stiffness": STIFFNESS, "duration": 6.0, "speed": 5e-3, "beside": (-0.01, 0)}
         ripples = HeightField(np.tile(heights, (41, 1)), 0.04, 0.04)
@@ -75,4 +75,4 @@ class Texture(ExperimentDefaults):
 
 
 def new_stroke(plan):
-    return Stroke(plan.config.force, plan.gain.gain)
+    return Stroke(plan.config.force, plan.setup.gain.gain)

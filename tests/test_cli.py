@@ -23,7 +23,7 @@ from palpate.errors import InvalidValueError, OverrunError
 from palpate.estimation import Assumption, BrokenAssumption
 from palpate.experiments.kit import registry
 from palpate.experiments.kit.registry import experiment_named, typed_words
-from palpate.experiments.kit.repeat_words import command_line
+from palpate.experiments.kit.run_report import command_line
 from palpate.experiments.regulate.experiment import Regulate
 from palpate.reporting.page import WrittenReport
 from palpate.robots.robot import shipped_robots

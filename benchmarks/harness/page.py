@@ -10,7 +10,7 @@ import numpy as np
 
 from harness.study import Row, Study
 from harness.tables import quantity
-from palpate.experiments.kit.versions import versions_text
+from palpate.experiments.kit.config_file import versions_text
 from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Line, Mark, Points, Symbol
 from palpate.reporting.paper import paper_figure, printing

@@ -15,6 +15,7 @@ from palpate.commands.log import export
 from palpate.commands.log.config import LogExportConfig, LogInfoConfig
 from palpate.commands.log.export import run_log_export
 from palpate.commands.log.info import run_log_info
+from palpate.commands.output_format import run_with_text
 from palpate.errors import InvalidValueError
 from palpate.runtime import progress
 from palpate.runtime.data import Phase
@@ -41,7 +42,7 @@ def wide(monkeypatch):
 
 
 def info(path, capsys):
-    assert run_log_info(LogInfoConfig(path)).exit_code == 0
+    assert run_with_text(lambda: run_log_info(LogInfoConfig(path))) == 0
     return capsys.readouterr().out
 
 
@@ -98,7 +99,8 @@ def test_info_of_a_log_with_gaps_counts_what_is_missing(tmp_path, capsys, wide):
 
 
 def exported(log_path, to, folder):
-    assert run_log_export(LogExportConfig(log_path, to, folder)).exit_code == 0
+    result = run_log_export(LogExportConfig(log_path, to, folder))
+    assert run_with_text(lambda: result) == 0
     return folder
 
 
@@ -170,7 +172,8 @@ def test_info_of_a_short_log_is_no_reason_to_fail(count, tmp_path, capsys):
 
 def test_tables_go_beside_the_log_if_nothing_else_is_said(tmp_path, capsys):
     write(tmp_path / "run.mcap", a_run(3))
-    assert run_log_export(LogExportConfig(tmp_path)).exit_code == 0  # through latest.mcap
+    result = run_log_export(LogExportConfig(tmp_path))  # through latest.mcap
+    assert run_with_text(lambda: result) == 0
     assert {x.name for x in (tmp_path / "run").iterdir()} == {
         "period.csv",
         "event.csv",

@@ -284,7 +284,7 @@ PLANS = {
         plan_regulation,
         [
             ({"change": ((1.0, "force", 20.0),)}, "change after 1 s: force = 20 N: must lie between"),
-            ({"force": 0.25}, "must stay above 0.3 N"),
+            ({"force": 0.25}, "force = 0.25 N: .* must be at least 0.3 N"),
             ({"robot": "stage-nano17", "force": 7.0, "profile": "step"}, "must be at most 7.5 N"),
             ({"motion": "circle", "motion_speed": 1.0}, "robot's limit, 0.25 m/s"),
             ({"profile": "sine", "frequencies": (300.0,)}, "four periods of control"),

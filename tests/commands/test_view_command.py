@@ -206,7 +206,7 @@ def test_it_is_played_without_map_and_plan(log, request, monkeypatch, capsys):
     assert run_view(ViewConfig(str(request.getfixturevalue(log)))).exit_code == 0
     assert Shown.given is not None
     scene, frames, plans = Shown.given
-    assert scene.title.startswith("Force on a")
+    assert scene.title.startswith("Regulation of force on a")
     assert scene.surface is None
     assert scene.map_spacing is None
     assert not plans

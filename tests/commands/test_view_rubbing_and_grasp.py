@@ -58,7 +58,7 @@ def test_a_fingertip_rubs_on_the_surface_with_the_force_that_it_feels(rubbed, mo
     assert "View: " in capsys.readouterr().out
     assert Shown.given is not None
     scene, frames, plans = Shown.given
-    assert scene.title == "Friction of a plate, turning-stage"
+    assert scene.title == "Friction of a plate by touch, turning-stage"
     assert scene.surface is None
     assert not plans
     contact = frames.finger(0)

@@ -24,7 +24,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.friction.experiment import FindFriction
 from palpate.experiments.grasp.experiment import GraspObject
 from palpate.experiments.kit import ExperimentDefaults
-from palpate.experiments.kit.contact_checks import check_compression
+from palpate.experiments.kit.checks import check_compression
 from palpate.experiments.kit.options import spec_of
 from palpate.experiments.kit.registry import CONFIG_FIELDS, check_experiment, experiment_named, experiment_names
 from palpate.experiments.kit.run_report import ADVICE, DEVICE_ADVICE, advice_on_ending
@@ -49,7 +49,7 @@ class Plain:
 class Mine(ExperimentDefaults):
     name, summary, Config, metrics = "mine", "Nothing.", Plain, ()
 
-    def plan(self, config, robot, texts): ...
+    def plan(self, config, robot, attachments): ...
 
     def evaluate(self, plan, recorded): ...
 

@@ -25,7 +25,7 @@ from palpate.experiments.explore.error_budget import (
 )
 from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.explore.explored_map import felt_in_scan
-from palpate.experiments.explore.wall_bound import WallBound
+from palpate.experiments.explore.plan import WallBound
 from palpate.runtime import Finger, Phase
 from palpate.surfaces import Sphere
 

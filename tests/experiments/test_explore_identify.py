@@ -11,9 +11,8 @@ from palpate.commands.replay.run import replay_log
 from palpate.controllers import Admittance, DirectForce
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.identified import IdentifiedForce
 from palpate.experiments.kit.from_log import LoggedRun
-from palpate.experiments.kit.pressing import IDENTIFIED_TEXT, identified_text, read_identified
+from palpate.experiments.kit.one_finger import IDENTIFIED_TEXT, Identified
 from palpate.runtime import Ending
 from palpate.runtime.log import read_log
 from support.explore_runs import carried_out, plan_of, planned_again
@@ -21,7 +20,7 @@ from support.run_bounds import above, below, check_bounds
 
 SMALL = {"width": 0.012, "depth": 0.004, "spacing": 0.004}
 NOISE = {"force_noise": 3.1e-3, "moment_noise": 1.6e-5}
-FOUND = IdentifiedForce(20e3, 30.0, 14e3, 0.00123456789012345, 86.7, 4.1, 8.3, 61.0)
+FOUND = Identified(20e3, 30.0, 1e-3, 14e3, 0.00123456789012345, 0.0115, 4.1, 8.3, 61.0)
 
 
 @pytest.fixture(scope="module", params=["stage", "ur5e-sim"])
@@ -51,7 +50,7 @@ def test_a_run_that_was_identified_replays_bit_for_bit(tmp_path):
     assert main(["explore", *words, "--out", str(tmp_path)]) == 0
     log = read_log(tmp_path / "latest.mcap")
     again: Any = LoggedRun.of(log).plan()
-    assert again.identified == read_identified(log.attachments[IDENTIFIED_TEXT], IdentifiedForce)
+    assert again.identified == Identified.read(log.attachments[IDENTIFIED_TEXT])
     found = replay_log(log)
     assert found.should_be_identical
     assert found.commands.identical == found.commands.count
@@ -62,11 +61,11 @@ def test_a_run_that_was_identified_replays_bit_for_bit(tmp_path):
 
 
 def test_what_was_identified_is_read_back_as_it_was_written():
-    assert read_identified(identified_text(FOUND), IdentifiedForce) == FOUND
+    assert Identified.read(FOUND.text) == FOUND
     assert isinstance(FOUND.law(1e-3), Admittance)
     assert isinstance(replace(FOUND, mass=0.0).law(1e-3), DirectForce)
-    with pytest.raises(InvalidValueError, match=r"identified\.yaml: .*damping"):
-        read_identified(identified_text(FOUND).replace("damping: 86.7", "damping: 0"), IdentifiedForce)
+    with pytest.raises(InvalidValueError, match=r"identified\.yaml: .*force_gain"):
+        Identified.read(FOUND.text.replace("force_gain: 0.0115", "force_gain: 0"))
 
 
 def test_pressing_is_announced_until_it_is_done_and_a_log_keeps_what_it_found():
@@ -82,12 +81,12 @@ def test_pressing_is_announced_until_it_is_done_and_a_log_keeps_what_it_found():
 def test_changes_of_the_gain_are_checked_against_what_was_identified():
     planned = plan_of(ExploreConfig(robot="stage", identify=True, change=((1.0, "force_gain", 1.6e-3),), **SMALL))
     with pytest.raises(InvalidValueError, match=r"change after 1 s: force_gain = 0\.0016 m/s/N: must lie between"):
-        planned.with_identified(replace(FOUND, mass=0.0, damping=1400.0, delay=0.05))
+        planned.with_identified(replace(FOUND, mass=0.0, force_gain=1.0 / 1400.0, delay=0.05))
 
 
 @pytest.mark.parametrize("force", [0.3, 2.0, 15.0])
 def test_it_presses_about_the_set_force_within_touch_and_limit(force):
     planned = plan_of(ExploreConfig(robot="stage", force=force, identify=True, **SMALL))
     pressing = planned.pressing()
-    assert planned.touch_force < pressing.low < force < pressing.high < planned.limits.force
+    assert planned.ready.touch_force < pressing.low < force < pressing.high < planned.limits.force
     assert 2.0 * pressing.swing <= pressing.high - pressing.low

@@ -227,7 +227,7 @@ def test_a_log_keeps_the_object_itself_so_that_its_file_may_change_or_go(name, t
     copy = tmp_path / "object.stl" if name == "ball" else tmp_path / "object.csv"
     shutil.copy(fields["file"], copy)
     planned = plan_of(ExploreConfig(**{**SMALL, **fields, "width": 0.005, "speed": 0.05, "file": copy}))
-    texts = {"a log": "says more", **planned.texts()}
+    texts = {"a log": "says more", **planned.attachments()}
 
     def again_with(texts):
         return plan(planned.config, planned.robot, texts)
@@ -240,7 +240,7 @@ def test_a_log_keeps_the_object_itself_so_that_its_file_may_change_or_go(name, t
     again = again_with(texts)
     assert np.array_equal(packed(again), packed(planned))
     assert again.limits == planned.limits
-    assert again.texts() == planned.texts()
+    assert again.attachments() == planned.attachments()
     second = carried_out(again)
     assert np.array_equal(second.record.command, first.record.command)
     assert np.array_equal(second.truth.force, first.truth.force)

@@ -208,7 +208,7 @@ def test_the_texts_of_a_log_give_the_very_same_exploration(robot):
     same = attrgetter("config", "robot", "parameters", "limits")
     assert same(again) == same(planned)
     assert felt_while_lowered(again) == felt_while_lowered(planned)
-    assert repr(again.finger) == repr(planned.finger)
+    assert repr(again.fingers[0]) == repr(planned.fingers[0])
 
 
 # --- what the robot file decides ---

@@ -88,7 +88,7 @@ def test_the_budget_for_noise_grows_with_its_square():
     budgets = [
         map_budget(
             run.record,
-            planned.finger,
+            planned.fingers[0],
             kept=felt_in_scan(run.record),
             set_force=run.set_force,
             half_compliance=planned.half_compliance,

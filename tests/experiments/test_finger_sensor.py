@@ -283,7 +283,7 @@ def test_noise_that_is_typed_replaces_the_noise_and_nothing_else():
 def test_an_exploration_with_a_sensor_of_100_Hz_runs_to_its_end():
     robot = robot_with("{preset: ft300s, tare_s: 1}", radius=0.025)
     planned = plan_of(config_of(robot, force=8.0, width=0.03, speed=0.02), robot)
-    assert planned.finger.pipeline().delay == pytest.approx(0.01333, rel=1e-3)
+    assert planned.fingers[0].pipeline().delay == pytest.approx(0.01333, rel=1e-3)
     check_bounds(carried_out(planned), below(force_rms=1.0), run__ending=Ending.DONE)
     stamps = [sample.wrenches[0].time for sample in felt_while_lowered(planned, 200)]
     assert len(set(stamps)) == pytest.approx(20, abs=2)

@@ -20,8 +20,8 @@ from palpate.experiments.friction.library import library_path
 from palpate.experiments.friction.pooled import growth_of, pooled
 from palpate.experiments.friction.strokes import FreeAir
 from palpate.experiments.friction.words import rubs_by
+from palpate.experiments.kit.checks import MIN_TOUCH_FORCE
 from palpate.experiments.kit.config_file import config_text, read_config
-from palpate.experiments.kit.contact_checks import LEAST_TOUCH_FORCE
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.metric import metrics_of
 from palpate.friction import LimitSurface
@@ -112,7 +112,7 @@ def test_a_log_keeps_its_library_which_may_be_gone_by_then(tmp_path):
     shutil.copy(library_path(FrictionConfig(library=Path("simulated"))), path)
     plan = planned(quick=True, library=path)
     path.unlink()
-    assert FRICTION.plan(plan.config, plan.robot, plan.texts()).library == simulated_materials()
+    assert FRICTION.plan(plan.config, plan.robot, plan.attachments()).library == simulated_materials()
 
 
 @pytest.mark.slow
@@ -195,7 +195,7 @@ def test_the_noise_that_was_typed_is_no_touch_whatever_the_robots_sensor(robot):
         plan = planned(quick=True, robot=robot, **NOISY, **drift)
         assert plan.ready.touch_force >= 0.06
     if robot != "turning-stage-nano17":  # of which nothing is known, and which nobody tares
-        assert plan.ready.touch_force == LEAST_TOUCH_FORCE
+        assert plan.ready.touch_force == MIN_TOUCH_FORCE
 
 
 @settings(deadline=None, max_examples=50)

@@ -15,11 +15,10 @@ from palpate.controllers.tangent_motion import PathTable, VelocityTable
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.config_file import config_text, read_config
 from palpate.experiments.kit.metric import metrics_of
+from palpate.experiments.kit.one_finger import Identified
 from palpate.experiments.kit.options import foreign_options, specs_of
-from palpate.experiments.kit.pressing import identified_text, read_identified
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.regulate.config import LIVE, RegulateConfig
-from palpate.experiments.regulate.identified import Identified
 from palpate.experiments.regulate.motion import motion_text, read_motion
 from palpate.experiments.regulate.quantities import margins
 from palpate.experiments.regulate.report import regulation_report, series_of
@@ -254,10 +253,10 @@ def test_a_plan_comes_back_from_its_texts_and_does_the_very_same(tmp_path):
     table.write_text("t,vx,vy,vz\n0,0,0,0\n0.3,0.01,0,0.002\n0.9,-0.01,0,0\n")
     plan = planned(motion="table", motion_file=table, duration=1.0, identify=True, **NANO17)
     assert plan.preparation
-    plan = plan.with_identified(Identified(19e3, 13.9e3, 2e-3, 0.03, 0.006, 60.0))
+    plan = plan.with_identified(Identified(19e3, 30.0, 0.03, 13.9e3, 2e-3, 0.006, 0.0, 5.0, 60.0))
     assert plan.prepared() is plan
     table.unlink()
-    again = REGULATE.plan(plan.config, plan.robot, plan.texts())
+    again = REGULATE.plan(plan.config, plan.robot, plan.attachments())
     same = attrgetter("config", "parameters", "follow", "motion", "identified")
     assert same(again) == same(plan)
     first, second = carried_out(plan), carried_out(again)
@@ -269,8 +268,8 @@ def test_texts_read_back_the_same():
     sines = {"profile": "sine", "frequencies": (0.1, 7.3), "swing": 0.7}
     config = RegulateConfig(**sines, axis=(0.0, 0.6, -0.8), tip=(0.01,), drift=0.2)
     assert read_config(config_text("regulate", config), RegulateConfig) == config
-    found = Identified(1.0 / 3.0, 2.0 / 3.0, 1e-3 / 3.0, 0.1, 1e-3, 61.0)
-    assert read_identified(identified_text(found), Identified) == found
+    found = Identified(1.0 / 3.0, 0.1, 0.1 / 3.0, 2.0 / 3.0, 1e-3 / 3.0, 1e-3, 0.0, 7.0 / 3.0, 61.0)
+    assert Identified.read(found.text) == found
     for kind in (PathTable, VelocityTable):
         motion = read_motion(kind, "0,0.1,0,0\n1,0.30000000000000004,1e-17,-0.1\n", "a")
         assert type(motion) is kind
@@ -294,6 +293,42 @@ def test_a_replay_with_another_profile_leaves_out_what_the_recorded_one_took():
     chosen = {"object": "plate", "surface": "still", "profile": "sine", "motion": "still"}
     left_out = foreign_options(RegulateConfig, chosen) - set(SURFACES)
     assert left_out == {"file", "touch", "rate", "hold", "duration", "motion_size", "motion_speed", "motion_file"}
+
+
+def zigzag(path, step):
+    """A path file of 40 mm/s that turns every 0.2 s within two steps [s]."""
+    time = np.arange(0.0, 1.0, step)
+    x = 0.04 * np.abs((time + 0.1) % 0.4 - 0.2)
+    np.savetxt(path, np.column_stack([time, x, 0.0 * time, 0.0 * time]), delimiter=",")
+    return path
+
+
+def test_a_motion_that_turns_too_abruptly_for_the_limits_is_refused_when_it_is_planned(tmp_path):
+    sharp, blunt = zigzag(tmp_path / "sharp.csv", 0.002), zigzag(tmp_path / "blunt.csv", 0.02)
+    table = tmp_path / "table.csv"
+    table.write_text("0,0,0,0\n0.1,0.02,0,0\n0.1005,-0.02,0,0\n")
+    limit = (
+        r"m/s\^2: must be at most the robot's limit, 25 m/s\^2 "
+        r"\(limits.acceleration_m_per_s2 in the robot file\); "
+    )
+    check_refusals(
+        (
+            rf"sharp.csv: its largest acceleration = 65 {limit}turn",
+            lambda: planned(motion="path", motion_file=sharp),
+        ),
+        (rf"table.csv: its largest acceleration = 40 {limit}", lambda: planned(motion="table", motion_file=table)),
+        (
+            rf"motion_speed, motion_size: the acceleration = 40 {limit}move more slowly",
+            lambda: planned(motion="circle", motion_speed=0.02, motion_size=1e-5),
+        ),
+    )
+    plan = planned(motion="path", motion_file=blunt)
+    (note,) = plan.dry_run().notes
+    assert "accelerations of up to 7.85 m/s^2" in note
+    assert "at most 0.5 m/s^2" in note
+    (speed,) = [each for each in plan.dry_run().metrics if each.name == "speed"]
+    assert speed.value == pytest.approx(1e3 * plan.motion.fastest)
+    assert not planned(motion="sine").dry_run().notes
 
 
 def test_changes_and_identifications_that_cannot_be_are_refused_and_every_live_parameter_is_known():

@@ -14,7 +14,7 @@ from palpate.experiments.explore.plan import plan as explore_plan
 from palpate.experiments.friction.config import FrictionConfig
 from palpate.experiments.friction.plan import plan as friction_plan
 from palpate.experiments.kit.from_log import LoggedRun
-from palpate.experiments.kit.scene_texts import SCENE_FILES_TEXT, SCENE_TEXT
+from palpate.experiments.kit.scene import SCENE_FILES_TEXT, SCENE_TEXT
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan_regulation
 from palpate.robots.in_scene import check
@@ -118,11 +118,11 @@ def test_a_ball_from_a_file_is_mapped_as_exactly_as_the_built_in_one(own):
 def test_an_exploration_is_planned_and_carried_out_again_from_what_the_log_keeps(own, name, touch):
     config = ExploreConfig(object="scene", file=own / f"{name}.xml", touch=touch, **SMALL_EXPERIMENTS)
     first = plan_of(config)
-    texts = dict(first.texts())
+    texts = dict(first.attachments())
     found = carried_out(first)
     shutil.rmtree(own)
     again = plan(first.config, first.robot, texts)
-    assert again.texts() == texts
+    assert again.attachments() == texts
     second = carried_out(again)
     assert np.array_equal(second.record.command, found.record.command)
     assert np.array_equal(second.truth.force, found.truth.force)

@@ -20,8 +20,7 @@ from palpate.experiments.explore.explored_map import rounded_to
 from palpate.experiments.explore.surface_figure import contour_figure
 from palpate.experiments.explore.tables import layer_rows, map_rows
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.kit.change_outcome import change_outcomes, change_rows, change_sentences
-from palpate.experiments.kit.recorded_run import RecordedRun
+from palpate.experiments.kit.recorded_run import RecordedRun, change_outcomes, change_rows, change_sentences
 from palpate.experiments.kit.recording import log_writer, notes_in, tell_log
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.script import plan_for

@@ -16,9 +16,8 @@ from palpate.controllers.touch_sequence import HeldSpan
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.tip_calibration import TipCalibrationConfig, calibrate_tip
-from palpate.experiments.tip_calibration.bench import believed_targets, simulated_bench, true_targets
 from palpate.experiments.tip_calibration.felt import BLOCKS, felt_touches
-from palpate.experiments.tip_calibration.known import typed_tip
+from palpate.experiments.tip_calibration.known import believed_targets, simulated_bench, true_targets, typed_tip
 from palpate.experiments.tip_calibration.places import Approach, first_touches
 from palpate.experiments.tip_calibration.touches_csv import read_touches, touches_text
 from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip

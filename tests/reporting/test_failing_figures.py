@@ -55,7 +55,7 @@ def good_and_bad():
 WAYS = {
     "returns": (lambda: broken(), [], ["Seen"]),
     "yields": (generated, ["before"], ["Seen"]),
-    "functions": (good_and_bad, ["first", "last"], ["Seen"]),
+    "functions": (good_and_bad, ["first", "last"], ["Seen: broken"]),
     "not a number": (lambda: [nan_place(), figure("beside")], ["beside"], ["nowhere"]),
     "another shape": (lambda: [figure("beside"), ragged()], ["beside"], ["ragged"]),
 }
@@ -118,7 +118,7 @@ def test_a_figure_that_fails_on_paper_alone_leaves_the_page_and_the_other_files(
     monkeypatch.setattr(paper, "paper_figure", failing)
     written = write_report(report(good_and_bad), tmp_path / "report.html", "svg")
     assert [each.name for each in written.files] == ["report.html", "last.svg", "afterwards.svg"]
-    assert [each.title for each in written.failures] == ["Seen", "first"]
+    assert [each.title for each in written.failures] == ["Seen: broken", "first"]
     assert '<figure class="card" data-figure="2"' in written.files[0].read_text(), "the browser draws all three"
 
 
@@ -144,7 +144,7 @@ def test_a_run_with_a_failing_figure_keeps_everything_else_and_exits_with_1(kind
     assert main([*words, *(["--figures", kind] if kind else [])]) == ExitCode.UNFINISHED
     told = capsys.readouterr()
     result = json.loads(told.out)
-    message = "figure 'Forces' could not be drawn: ZeroDivisionError: no <contacts>"
+    message = "figure 'Forces: broken' could not be drawn: ZeroDivisionError: no <contacts>"
     assert result["exit_code"] == 1
     assert any(message in each and f"{__file__}, line" in each for each in result["warnings"])
     assert message in " ".join(told.err.split())

@@ -9,7 +9,7 @@ import trimesh
 from PIL import Image, ImageSequence
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.scene_view import scene_view
+from palpate.experiments.kit.scene import scene_view
 from palpate.kinematics import Pose
 from palpate.kinematics.pose import rotation_from_rotvec
 from palpate.kinematics.posture import Posture

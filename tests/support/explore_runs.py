@@ -10,7 +10,7 @@ from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.exploration import ExplorationResult, evaluate
 from palpate.experiments.explore.plan import ExplorationPlan, plan
 from palpate.experiments.explore.reachable_surface import ReachableSurface
-from palpate.experiments.kit.contact_truth import ContactTruth
+from palpate.experiments.kit.recorded_periods import ContactTruth
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.robots.values import load_named_robot
 from palpate.runtime import Command, Ending
@@ -24,7 +24,7 @@ def plan_of(config, robot=None) -> ExplorationPlan:
 
 def planned_again(planned) -> ExplorationPlan:
     """As from the log of a run."""
-    return plan(planned.config, planned.robot, planned.texts())
+    return plan(planned.config, planned.robot, planned.attachments())
 
 
 def carried_out(planned) -> ExplorationResult:

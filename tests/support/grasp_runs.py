@@ -16,7 +16,7 @@ def plan_of(config: GraspConfig | None = None, /, **options) -> GraspPlan:
 
 def planned_again(plan: GraspPlan) -> GraspPlan:
     """Return the plan that the log of a run gives."""
-    return plan_grasp(plan.config, plan.robot, plan.texts())
+    return plan_grasp(plan.config, plan.robot, plan.attachments())
 
 
 def run_grasp(plan: GraspPlan | None = None, /, observers=(), sinks=(), **options) -> GraspResult:

@@ -28,5 +28,5 @@ def regulated(**fields):
 
 def logged(plan, path):
     """What came of a plan that was recorded at a path."""
-    texts = {EXPERIMENT_TEXT: config_text(REGULATE.name, plan.config), **plan.robot.texts, **plan.texts()}
+    texts = {EXPERIMENT_TEXT: config_text(REGULATE.name, plan.config), **plan.robot.texts, **plan.attachments()}
     return REGULATE.evaluate(plan, carry_out(plan, sinks=(LogWriter(path, texts),)))

@@ -11,11 +11,11 @@ from palpate.controllers import Loss, force_gain, series_stiffness, tracking_del
 from palpate.controllers.force_profile import ConstantForce
 from palpate.controllers.regulate import RegulateController
 from palpate.controllers.regulate_parameters import RegulateParameters
+from palpate.experiments.kit.checks import check_force
 from palpate.experiments.kit.experiment import DryRun, ExperimentDefaults, PlanDefaults
 from palpate.experiments.kit.metric import Metric
 from palpate.experiments.kit.options import NOISY, TOUCHED, WRITTEN, check_options, option
-from palpate.experiments.kit.run_checks import check_force
-from palpate.experiments.kit.scene_view import scene_view
+from palpate.experiments.kit.scene import scene_view
 from palpate.reporting.data import Quantity
 from palpate.reporting.report import Report, Section, TextTable
 from palpate.robots.finger_sensor import model_with_noise
@@ -80,7 +80,7 @@ class Tap(ExperimentDefaults):
         Metric("contact", "contact", "", lambda tapped: tapped.contact.value),
     )
 
-    def plan(self, config, robot, texts):
+    def plan(self, config, robot, attachments):
         limits = robot.file.limits
         check_force(config.force, config.force, limits)
         finger, stiffness, tip = robot.file.fingers[0], STIFFNESS[config.surface], fingertip(robot)

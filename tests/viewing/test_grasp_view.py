@@ -12,7 +12,7 @@ from PIL import Image
 
 from palpate.commands.view.scene import free_poses_in, free_poses_of, write_still, write_video
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.scene_view import scene_view
+from palpate.experiments.kit.scene import scene_view
 from palpate.kinematics import Pose
 from palpate.kinematics.posture import Posture
 from palpate.runtime import Ending, Finger, Limits, Phase, Supervisor, Touch, run

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.experiments.explore.plan_watch import PlanWatch
+from palpate.experiments.explore.plan import PlanWatch
 from palpate.runtime import plan_track
 from palpate.runtime.plan_track import STEP, PlanTrack
 from palpate.runtime.shown_plan import MOST_CORNERS, MOST_MARKS, PlanDiary, ShownMark, ShownPlan

@@ -13,8 +13,6 @@ import psutil
 import pytest
 
 from palpate.cli import main
-from palpate.commands.devices.config import DoctorConfig
-from palpate.commands.devices.doctor import run_doctor
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
 from palpate.experiments.kit.recording import write_result
@@ -182,7 +180,7 @@ def test_the_doctor_names_what_is_not_there_and_looks_at_the_rest(cell, capsys, 
     emulator, path = cell
     address = emulator.addresses[box_of(emulator)]
     emulator.control.fault(box_of(emulator), "silent")
-    assert run_doctor(DoctorConfig(path, duration=0.3)).exit_code == 1
+    assert main(["doctor", path, "--duration", "0.3"]) == 1
     message = " ".join(capsys.readouterr().out.split())
     assert "Fix: F/T sensor" in message
     assert "PolyScope" in message

@@ -4,12 +4,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from palpate.commands.devices.config import DoctorConfig, RobotCheckConfig
+from palpate.cli import main
+from palpate.commands.devices.config import DoctorConfig
 from palpate.commands.devices.doctor import run_doctor
-from palpate.commands.devices.robot_file import run_check
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.kit.contact_truth import ContactTruth
+from palpate.experiments.kit.recorded_periods import ContactTruth
 from palpate.experiments.regulate.config import RegulateConfig
 from palpate.experiments.regulate.plan import plan_regulation
 from palpate.hw.dynamixel.hand import DynamixelHand
@@ -185,7 +185,7 @@ def test_the_doctor_wants_devices():
 
 
 def test_units_of_a_rig_are_shown_with_their_values(capsys, tmp_path):
-    assert run_check(RobotCheckConfig(str(rig_path(tmp_path)))).exit_code == 0
+    assert main(["robot", "check", str(rig_path(tmp_path))]) == 0
     message = " ".join(capsys.readouterr().out.split())
     assert "backend.arm.stiffness 30000 N/m" in message
     assert "backend.arm.watchdog 1 s" in message

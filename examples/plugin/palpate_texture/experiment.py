@@ -103,7 +103,7 @@ class Texture(ExperimentDefaults):
         Metric("strokes", "strokes finished", "", lambda found: len(found.profiles)),
     )
 
-    def plan(self, config: TextureConfig, robot, texts: Mapping[str, str]):
+    def plan(self, config: TextureConfig, robot, attachments: Mapping[str, str]):
         """See `Experiment`."""
         from palpate.experiments.kit.one_finger import OneFingerPlan
         from palpate.sim import HeightField
@@ -116,7 +116,7 @@ class Texture(ExperimentDefaults):
             HeightField(heights, width, width),
             config,
             robot,
-            lambda plan: Strokes(config, half, plan.gain.gain),
+            lambda plan: Strokes(config, half, plan.setup.gain.gain),
             force=max(config.forces),
             speed=config.speed,
             stiffness=STIFFNESS,

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from palpate.reporting.units import UNITS, quantity_key
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from palpate.reporting.data import Quantity
 
 
@@ -37,6 +39,7 @@ class CommandResult:
         files: Written files; with `--dry-run`, the files that a run would write.
         warnings: One sentence each.
         error: Reason why there is no result; "" if there is one.
+        shown: Lines and tables that are printed at the end.
     """
 
     exit_code: int = ExitCode.DONE
@@ -47,6 +50,7 @@ class CommandResult:
     files: tuple[Path, ...] = ()
     warnings: tuple[str, ...] = ()
     error: str = ""
+    shown: tuple["RenderableType", ...] = ()
 
 
 def shown_quantities(metrics: Iterable["Quantity"]) -> tuple[dict[str, object], dict[str, str]]:

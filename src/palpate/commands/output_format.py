@@ -163,7 +163,18 @@ def _result_of(run: Run) -> CommandResult:
 
 
 def _reported(result: CommandResult) -> int:
-    """Print the error of a result, if there is one, and return its exit code."""
+    """Print the lines, the tables and the error of a result, and return its exit code."""
+    if result.shown:
+        from rich.console import Console  # only now: --help needs none
+
+        from palpate.runtime.progress import say
+
+        console = Console()
+        for each in result.shown:
+            if isinstance(each, str):
+                say(console, each)
+            else:
+                console.print(each)
     if result.error:
         sys.stderr.write(f"palpate: {inert(result.error)}\n")
     return int(result.exit_code)

@@ -9,7 +9,7 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -139,11 +139,9 @@ def write_figure_files(
     written: list[Path | FigureFailure] = []
     for title, single in _by_colouring(figure):
         name = "-".join("".join(each if each.isalnum() else " " for each in title.lower()).split()) or "figure"
-        number = 1
-        while (numbered := name if number == 1 else f"{name}-{number}") in taken:
-            number += 1
-        taken.add(numbered)
-        path = folder / f"{numbered}.{kind}"
+        free = next(each for each in chain([name], (f"{name}-{i}" for i in count(2))) if each not in taken)
+        taken.add(free)
+        path = folder / f"{free}.{kind}"
         try:
             content = _file_content(single, kind)
         except Exception as error:

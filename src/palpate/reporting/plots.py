@@ -6,7 +6,7 @@ steps and zooms the times of a run together.
 """
 
 import base64
-from dataclasses import dataclass
+from collections.abc import Iterator
 from html import escape
 from typing import Any
 
@@ -77,23 +77,6 @@ _SPACE_SYMBOLS = {"circle", "circle-open", "square", "diamond", "x", "cross"}
 _HOVER = "x %{x:.3f}<br>y %{y:.3f}<br>z %{z:.3f} mm"
 
 
-@dataclass(slots=True)
-class _Plot:
-    """Traces and layout of a panel, and for each trace the instructions to `page.js`."""
-
-    traces: list[Json]
-    extras: list[Json]
-    layout: Json
-
-    def add(self, trace: Json, extra: Json | None = None) -> None:
-        self.traces.append(trace)
-        self.extras.append(extra or {})
-
-    def stated(self, kind: str, zoomed_with: str) -> Json:
-        drawn = {"data": self.traces, "extras": self.extras, "layout": self.layout}
-        return {"kind": kind, **drawn, "zoomedWith": zoomed_with}
-
-
 def plots(figure: Figure) -> list[Json]:
     """Return the input of `page.js` for a figure, panel by panel."""
     return [
@@ -148,9 +131,6 @@ def _named(name: str) -> Json:
 
 
 def _flat_plot(panel: Panel, zoomed_with: str) -> Json:
-    plot = _Plot([], [], {"shapes": [], "annotations": []})
-    for mark in panel.marks:
-        _add(plot, panel, mark)
     x, y = (_axis(axis, _extent(panel, i)) for i, axis in enumerate((panel.x, panel.y)))
     if panel.equal:
         y |= {"scaleanchor": "x", "scaleratio": 1.0, "constrain": "domain"}
@@ -158,11 +138,25 @@ def _flat_plot(panel: Panel, zoomed_with: str) -> Json:
     if any(isinstance(mark, Cells) for mark in panel.marks):
         x |= {"type": "category"}
         y |= {"type": "category", "autorange": "reversed"}
-    plot.layout |= {"xaxis": x, "yaxis": y, "title": _plain(panel.title), "height": panel.height}
-    plot.layout |= {"barmode": "overlay", "bargap": 0.0}
-    if panel.ground is not None:
-        plot.layout["plot_bgcolor"] = _role(panel.ground)
-    return plot.stated("flat", zoomed_with)
+    ground = {} if panel.ground is None else {"plot_bgcolor": _role(panel.ground)}
+    traced = [mark for mark in panel.marks if not isinstance(mark, Rule | Span | Text)]
+    return {
+        "kind": "flat",
+        "data": [_trace(panel, mark) for mark in traced],
+        "extras": [_moving(mark) if isinstance(mark, Moving) else {} for mark in traced],
+        "layout": {
+            "xaxis": x,
+            "yaxis": y,
+            "title": _plain(panel.title),
+            "height": panel.height,
+            "barmode": "overlay",
+            "bargap": 0.0,
+            "shapes": [_shape(mark) for mark in panel.marks if isinstance(mark, Rule | Span)],
+            "annotations": [_annotation(panel, mark) for mark in panel.marks if isinstance(mark, Text)],
+            **ground,
+        },
+        "zoomedWith": zoomed_with,
+    }
 
 
 def _extent(panel: Panel, axis: int) -> tuple[float, float]:
@@ -209,44 +203,51 @@ def _scatter(mode: str, x: FloatArray, y: FloatArray, name: str) -> Json:
     return {"type": "scatter", "mode": mode, "x": _packed(x), "y": _packed(y), **_named(name)}
 
 
-def _add(plot: _Plot, panel: Panel, mark: Mark) -> None:
-    colour = {} if isinstance(mark, Cells) else {"color": _role(mark.colour)}
+def _trace(panel: Panel, mark: Mark) -> Json:
+    """The trace of a mark that is no shape and no text."""
     match mark:
         case Line():
-            trace = _scatter("lines+markers" if mark.points else "lines", *thinned(mark, _MAX_POINTS), mark.name)
+            colour = {"color": _role(mark.colour)}
             line = colour | {"width": mark.width, "dash": mark.dash.value}
-            trace |= {"line": line, "marker": colour | {"size": 6}, "opacity": mark.opacity}
-            plot.add(trace | {"hovertemplate": _hover(panel)})
+            style = {"line": line, "marker": colour | {"size": 6}, "opacity": mark.opacity}
+            mode = "lines+markers" if mark.points else "lines"
+            trace = _scatter(mode, *thinned(mark, _MAX_POINTS), mark.name) | style
+            return trace | {"hovertemplate": _hover(panel)}
         case Points():
-            plot.add(_points(panel, mark))
+            return _points(panel, mark)
         case Moving():
-            trace = _points(panel, Points(mark.x[:1], mark.y[:1], mark.name, mark.colour, mark.size))
-            trace["marker"] |= {"symbol": "circle-open", "line": colour | {"width": 3}}
-            plot.add(trace, {"moving": {"x": _packed(mark.x), "y": _packed(mark.y)}})
+            trace = _points(panel, Points(mark.x[:1], mark.y[:1], mark.name, mark.colour, mark.size, Symbol.RING))
+            trace["marker"]["line"] = {"width": 3, "color": _role(mark.colour)}
+            return trace
         case Band():
             known = np.isfinite(mark.low) & np.isfinite(mark.high)
             x, low, high = mark.x[known], mark.low[known], mark.high[known]
             corners = np.concatenate([x, x[::-1]]), np.concatenate([high, low[::-1]])
-            _add(plot, panel, Polygon(*corners, mark.name, mark.colour, mark.opacity))
+            return _trace(panel, Polygon(*corners, mark.name, mark.colour, mark.opacity))
         case Polygon():
             fill = {"fill": "toself", "fillcolor": _role(mark.colour, mark.opacity), "line": {"width": 0}}
-            plot.add(_scatter("lines", mark.x, mark.y, mark.name) | fill | {"hoverinfo": "skip"})
+            return _scatter("lines", mark.x, mark.y, mark.name) | fill | {"hoverinfo": "skip"}
         case Bars():
-            along = {"x": _packed(mark.length), "y": _packed(mark.at), "orientation": "h"}
-            upright = {"x": _packed(mark.at), "y": _packed(mark.length)}
-            trace = {"type": "bar", "width": _packed(mark.width), "marker": colour, **_named(mark.name)}
-            plot.add(trace | (along if mark.lying else upright) | {"hovertemplate": _hover(panel)})
-        case Rule() | Span():
-            plot.layout["shapes"].append(_shape(mark))
-        case Text():
-            places = ((mark.x, panel.x), (mark.y, panel.y))
-            across, upwards = (float(np.log10(at)) if axis.logarithmic else at for at, axis in places)
-            words = {"x": across, "y": upwards, "text": mark.text, "showarrow": False, "font": colour}
-            plot.layout["annotations"].append(words)
+            ends = (mark.length, mark.at) if mark.lying else (mark.at, mark.length)
+            bars = {"type": "bar", "x": _packed(ends[0]), "y": _packed(ends[1]), "width": _packed(mark.width)}
+            style = {"marker": {"color": _role(mark.colour)}, "hovertemplate": _hover(panel), **_named(mark.name)}
+            return bars | style | ({"orientation": "h"} if mark.lying else {})
         case Cells():
-            plot.add(_cells(mark))
+            return _cells(mark)
         case Density():
-            plot.add(_density(mark))
+            return _density(mark)
+        case _:
+            raise TypeError(f"{type(mark).__name__}: has no trace")
+
+
+def _moving(mark: Moving) -> Json:
+    return {"moving": {"x": _packed(mark.x), "y": _packed(mark.y)}}
+
+
+def _annotation(panel: Panel, mark: Text) -> Json:
+    places = ((mark.x, panel.x), (mark.y, panel.y))
+    x, y = (float(np.log10(at)) if axis.logarithmic else at for at, axis in places)
+    return {"x": x, "y": y, "text": mark.text, "showarrow": False, "font": {"color": _role(mark.colour)}}
 
 
 def _points(panel: Panel, mark: Points) -> Json:
@@ -321,18 +322,15 @@ def _density(mark: Density) -> Json:
 
 
 def _space_plot(space: Space) -> Json:
-    plot = _Plot([], [], {})
-    for mark in space.marks:
-        _add_solid(plot, mark, {})
     ranges = _MILLI * bounding_box(space.marks)
     sizes = np.ptp(ranges, axis=1)
     ticks = np.maximum(1 + np.rint(_MAX_TICKS * sizes / sizes.max()), 2).astype(int)
+    aspect = (_DIAGONAL * sizes / float(np.linalg.norm(sizes))).tolist()
     pane = {"autorange": False, "backgroundcolor": _role(PANE_COLOUR), "showbackground": True}
     axes = {
         f"{name}axis": {"title": {"text": f"{name} [mm]"}, "range": ends, "nticks": most, **pane}
         for name, ends, most in zip("xyz", ranges.tolist(), ticks.tolist(), strict=True)
     }
-    aspect = (_DIAGONAL * sizes / float(np.linalg.norm(sizes))).tolist()
     from_above = abs(space.view[0]) + abs(space.view[1]) <= 0.1
     camera = {
         "eye": dict(zip("xyz", space.view, strict=True)),
@@ -340,65 +338,80 @@ def _space_plot(space: Space) -> Json:
         "projection": {"type": "orthographic"},
     }
     scene = {"aspectmode": "manual", "aspectratio": dict(zip("xyz", aspect, strict=True)), "camera": camera}
-    plot.layout |= {"scene": axes | scene, "title": _plain(space.title), "height": space.height}
-    return plot.stated("space", "")
+    drawn = list(_flattened(space.marks))
+    return {
+        "kind": "space",
+        "data": [_solid_trace(mark) for mark, _ in drawn],
+        "extras": [extra | _choices(mark) for mark, extra in drawn],
+        "layout": {"scene": axes | scene, "title": _plain(space.title), "height": space.height},
+        "zoomedWith": "",
+    }
 
 
-def _add_solid(plot: _Plot, mark: Solid, extra: Json) -> None:
-    match mark:
-        case Placed():
-            moves = {"places": _packed(_MILLI * mark.positions.ravel()), "turns": _packed(mark.rotations.ravel())}
-            _add_solid(plot, mark.surface, moves)
-        case Stepped():
-            for step, marks in enumerate(mark.marks):
-                for each in marks:
-                    _add_solid(plot, each, {"step": step})
-        case Arrows():
-            starts, along = (each.reshape(-1, *each.shape[-2:]) for each in (mark.starts, mark.along))
-            longest = float(np.linalg.norm(along, axis=-1).max(initial=0.0))
-            drawn = [arrow_triangles(*each, longest) for each in zip(starts, along, strict=True)]
-            meshes = {"meshes": [_corners(*each) for each in drawn]} if mark.starts.ndim == 3 else {}
-            plot.add(
-                _mesh(*drawn[0], mark.colour, 1.0) | _named(mark.name) | {"hoverinfo": "skip"}, extra | meshes
-            )
-        case Labels():
-            font = {"color": _role(mark.colour), "size": 14}
-            words = {"text": list(mark.texts), "textfont": font, "hoverinfo": "skip"}
-            plot.add(_lined(mark.points, "text", "") | words, extra)
-        case Surface() | Polyline() | Spots():
-            trace = _coloured_trace(mark)
-            if not mark.shown:
-                trace["visible"] = "legendonly"
-            shades = [_stated(each) for each in mark.colourings]
-            plot.add(trace, extra | ({"colourings": shades} if shades else {}))
+def _flattened(marks: tuple[Solid, ...]) -> "Iterator[tuple[Surface | Polyline | Spots | Arrows | Labels, Json]]":
+    """Marks with a trace each, and how `page.js` moves them from step to step."""
+    for mark in marks:
+        if isinstance(mark, Stepped):
+            yield from ((each, {"step": step}) for step, shown in enumerate(mark.marks) for each in shown)
+        elif isinstance(mark, Placed):
+            places, turns = _packed(_MILLI * mark.positions.ravel()), _packed(mark.rotations.ravel())
+            yield mark.surface, {"places": places, "turns": turns}
+        elif isinstance(mark, Arrows) and mark.starts.ndim == 3:
+            yield mark, {"meshes": [_corners(*each) for each in _arrow_meshes(mark)]}
+        else:
+            yield mark, {}
 
 
-def _stated(colouring: Colouring) -> Json:
-    """A colouring as `page.js` reads it."""
-    low, high = colouring.limits
-    words = {"quantity": colouring.quantity, "label": colouring.label, "unit": colouring.unit}
-    return words | {
-        "values": _packed(colouring.values), "low": low, "high": high, "scale": _scale(colouring.scale),
-    }  # fmt: skip
+def _choices(mark: Surface | Polyline | Spots | Arrows | Labels) -> Json:
+    """Colourings as `page.js` reads them."""
+    if not isinstance(mark, Surface | Polyline | Spots) or not mark.colourings:
+        return {}
+    return {
+        "colourings": [
+            {
+                "quantity": each.quantity,
+                "label": each.label,
+                "unit": each.unit,
+                "values": _packed(each.values),
+                "low": each.limits[0],
+                "high": each.limits[1],
+                "scale": _scale(each.scale),
+            }
+            for each in mark.colourings
+        ]
+    }
 
 
-def _coloured_trace(mark: Surface | Polyline | Spots) -> Json:
-    """A trace that the reader can colour."""
-    if isinstance(mark, Surface):
-        trace = _mesh(mark.vertices, mark.triangles, mark.colour, mark.opacity) | _named(mark.name)
-        return trace | {"unknown": _role(MAP_COLOUR)} if mark.colourings else trace
+def _arrow_meshes(mark: Arrows) -> list[tuple[FloatArray, npt.NDArray[np.int32]]]:
+    """Vertices and triangles of the arrows in each step."""
+    starts, along = (each.reshape(-1, *each.shape[-2:]) for each in (mark.starts, mark.along))
+    longest = float(np.linalg.norm(along, axis=-1).max(initial=0.0))
+    return [arrow_triangles(*each, longest) for each in zip(starts, along, strict=True)]
+
+
+def _solid_trace(mark: Surface | Polyline | Spots | Arrows | Labels) -> Json:
     colour = {"color": _role(mark.colour)}
-    if isinstance(mark, Polyline):
-        trace = _lined(mark.points, "lines", mark.name) | {"hoverinfo": "skip"}
-        del trace["hovertemplate"]
-        return trace | {"line": colour | {"width": mark.width}}
-    symbol = mark.symbol.value if mark.symbol.value in _SPACE_SYMBOLS else "diamond"
-    rim = {"line": {"color": _role(CARD), "width": 1}} if mark.size >= _RIMMED_SIZE else {}
-    marker = colour | {"size": mark.size, "symbol": symbol} | rim
-    trace = _lined(mark.points, "markers", mark.name) | {"marker": marker}
-    if mark.texts:
-        trace |= {"text": list(mark.texts), "hovertemplate": f"%{{text}}<br>{_HOVER}"}
-    return trace
+    hidden = {} if getattr(mark, "shown", True) else {"visible": "legendonly"}
+    match mark:
+        case Arrows():
+            mesh = _mesh(*_arrow_meshes(mark)[0], mark.colour, 1.0)
+            return mesh | _named(mark.name) | {"hoverinfo": "skip"}
+        case Labels():
+            words = {"text": list(mark.texts), "textfont": colour | {"size": 14}, "hoverinfo": "skip"}
+            return _lined(mark.points, "text", "") | words | {"hovertemplate": _HOVER}
+        case Surface():
+            unknown = {"unknown": _role(MAP_COLOUR)} if mark.colourings else {}
+            mesh = _mesh(mark.vertices, mark.triangles, mark.colour, mark.opacity)
+            return mesh | _named(mark.name) | unknown | hidden
+        case Polyline():
+            line = {"line": colour | {"width": mark.width}, "hoverinfo": "skip"}
+            return _lined(mark.points, "lines", mark.name) | line | hidden
+        case Spots():
+            symbol = mark.symbol.value if mark.symbol.value in _SPACE_SYMBOLS else "diamond"
+            rim = {"line": {"color": _role(CARD), "width": 1}} if mark.size >= _RIMMED_SIZE else {}
+            marker = {"marker": colour | {"size": mark.size, "symbol": symbol} | rim, "hovertemplate": _HOVER}
+            texts = {"text": list(mark.texts), "hovertemplate": f"%{{text}}<br>{_HOVER}"} if mark.texts else {}
+            return _lined(mark.points, "markers", mark.name) | marker | texts | hidden
 
 
 def _corners(vertices: FloatArray, triangles: npt.NDArray[np.integer]) -> Json:
@@ -421,4 +434,4 @@ def _mesh(vertices: FloatArray, triangles: npt.NDArray[np.integer], colour: Colo
 def _lined(points: FloatArray, mode: str, name: str) -> Json:
     columns = map(_packed, (_MILLI * points).T.reshape(3, -1))
     places = dict(zip("xyz", columns, strict=True))
-    return {"type": "scatter3d", "mode": mode, **places, **_named(name), "hovertemplate": _HOVER}
+    return {"type": "scatter3d", "mode": mode, **places, **_named(name)}

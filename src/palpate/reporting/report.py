@@ -78,16 +78,20 @@ class FigureFailure:
         return cls(title, "".join(traceback.format_exception_only(error)).strip(), place)
 
 
+FigureSource = Figure | Callable[[], Figure | None] | None
+"""A figure, a function that draws one, or None, which is left out."""
+
+
 @dataclass(frozen=True, slots=True)
 class Figures:
     """Figures side by side where there is room.
 
     Attributes:
-        draw: Function that returns or yields the figures when the report is written; None is left out. In the
-            place of a figure it may yield a function that draws one: if that fails, the others are still drawn.
+        draw: Function that returns or yields the figures when the report is written. An exception in it ends the
+            figures of this part; an exception in a function that it yields costs one figure alone.
     """
 
-    draw: Callable[[], Iterable[Figure | Callable[[], Figure | None] | None]]
+    draw: Callable[[], Iterable[FigureSource]]
 
     def drawn(self, heading: str) -> Iterator[Figure | FigureFailure]:
         """Yield each figure, or the failure in its place.
@@ -96,8 +100,8 @@ class Figures:
             heading: Heading of the section, which names a figure that fails before it has a title.
         """
         try:
-            for each in self.draw():
-                figure = _drawn(each, heading) if callable(each) else each
+            for source in self.draw():
+                figure = _drawn(source, heading) if callable(source) else source
                 if figure is not None:
                     yield figure
         except Exception as error:  # a figure never costs a finished run
@@ -108,7 +112,9 @@ def _drawn(draw: Callable[[], Figure | None], heading: str) -> Figure | FigureFa
     try:
         return draw()
     except Exception as error:
-        return FigureFailure.of(heading, error)
+        name = getattr(getattr(draw, "func", draw), "__name__", "")  # of a `partial`, or of the function itself
+        words = name.strip("_").replace("_", " ")
+        return FigureFailure.of(f"{heading}: {words}" if name.isidentifier() else heading, error)
 
 
 Part = Paragraph | QuantityTable | TextTable | Figures

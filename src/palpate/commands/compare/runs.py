@@ -4,7 +4,7 @@ import math
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +19,7 @@ from palpate.experiments.kit.comparable import ErrorSample, FeltMap, WithErrors,
 from palpate.experiments.kit.experiment import Result
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.metric import metrics_of
-from palpate.experiments.kit.option_words import has_unit, option_words
-from palpate.experiments.kit.options import specs_of
+from palpate.experiments.kit.options import has_unit, option_words, specs_of
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import ProgressCallback, no_progress
 from palpate.mapping import Knowledge
@@ -29,7 +28,7 @@ from palpate.reporting.data import FigureKind, Quantity
 from palpate.reporting.figure import TIME, Axis, Figure, Panel, Space
 from palpate.reporting.marks import Bars, Colouring, ColourScale, Dash, Line, Rule, look_of, shortened
 from palpate.reporting.page import write_report
-from palpate.reporting.report import Figures, Paragraph, Report, Section, TextTable
+from palpate.reporting.report import Figures, FigureSource, Paragraph, Report, Section, TextTable
 from palpate.reporting.solids import Surface
 from palpate.reporting.units import Scale, quantity_key, scale_of
 from palpate.runtime import Phase, Record
@@ -484,14 +483,14 @@ def _advice(changed: int) -> str:
     return f"{changed} options differ: to see the effect of each, change one at a time (palpate sweep)."
 
 
-def _surface_figures(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[Figure | None]:
+def _surface_figures(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[FigureSource]:
     samples = [run.errors for run in runs]
     for i in range(max(map(len, samples))):
-        yield spread_figure([each[i] if i < len(each) else None for each in samples], names)
-    yield difference_figure([run.map for run in runs], names)
+        yield partial(spread_figure, [each[i] if i < len(each) else None for each in samples], names)
+    yield partial(difference_figure, [run.map for run in runs], names)
 
 
-def _time_figures(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[Figure | None]:
+def _time_figures(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator[FigureSource]:
     mean = ", the mean over the fingers" if len(runs[0].records) > 1 else ""
     with_set = any(np.isfinite(run.set_force).any() for run in runs)
     dashes = " Dashed: the set force of each run; the nearer a line to its dashes the better." if with_set else ""
@@ -501,13 +500,15 @@ def _time_figures(runs: Sequence[ComparedRun], names: Sequence[str]) -> Iterator
         for i, run in enumerate(runs)
         if np.isfinite(run.set_force).any()
     ]
-    yield _over_time(
+    yield partial(
+        _over_time,
         "Normal force over time",
         f"Measured normal force{mean}, from the beginning of each run on.{dashes}",
         Axis("normal force", "N"),
         [*felt, *set_forces],
     )
-    yield _over_time(
+    yield partial(
+        _over_time,
         "Grip over time",
         "Commanded grip, the mean over the fingers. A lower grip is gentler, as long as the object neither slips "
         "nor spins; the table shows how each run ended.",

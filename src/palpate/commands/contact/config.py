@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import tyro
 
 from palpate.errors import InvalidValueError, check_not_negative, positive, vector
-from palpate.experiments.kit.config_checks import check_length
+from palpate.experiments.kit.checks import check_length
 from palpate.experiments.kit.options import check_options, option
 
 STANDARD_STREAM = Path("-")

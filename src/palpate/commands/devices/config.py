@@ -14,7 +14,6 @@ RobotName = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="ROBOT")]
 
 _ControlPort = Annotated[int, tyro.conf.arg(metavar="PORT")]
 _Faults = Annotated[tuple[tuple[str, float], ...], tyro.conf.arg(metavar="[NAME VALUE ...]")]
-_TimeScale = Annotated[float, tyro.conf.arg(aliases=("--scale",))]
 
 _TIME_SCALES = (0.01, 10.0)
 _MIN_PORT = 1024
@@ -175,7 +174,7 @@ class EmulateUrConfig(_DeviceEmulation):
     """Height of the elastic plane under the tool, in the arm's base frame [m]. Left out: there is none."""
     stiffness: float = option(2000.0, "N/m", bound="positive")
     """Stiffness of the plane [N/m]."""
-    time_scale: _TimeScale = option(1.0, within=_TIME_SCALES)
+    time_scale: float = option(1.0, within=_TIME_SCALES)
     """Seconds of the robot per second of wall time."""
 
 
@@ -196,7 +195,7 @@ class EmulateDynamixelConfig(_DeviceEmulation):
     """Angle at which an elastic wall stops the shafts [rad from the middle of their turn]. Left out: none."""
     baud_rate: int = 1_000_000
     """Rate of the servos' bus [1/s]."""
-    time_scale: _TimeScale = option(1.0, within=_TIME_SCALES)
+    time_scale: float = option(1.0, within=_TIME_SCALES)
     """Seconds of the servos' motion per second of wall time."""
     seed: int = 0
     """Seed of random faults."""
@@ -238,7 +237,7 @@ class EmulateRobotConfig(_Emulation):
     default is the height at which experiments begin above their object."""
     stiffness: float = option(2000.0, "N/m", bound="positive")
     """Stiffness of the plane [N/m]."""
-    time_scale: _TimeScale = option(1.0, within=_TIME_SCALES)
+    time_scale: float = option(1.0, within=_TIME_SCALES)
     """Seconds of the robot per second of wall time."""
 
 

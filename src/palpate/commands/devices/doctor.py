@@ -4,7 +4,6 @@ import os
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import partial
 from itertools import chain
 from pathlib import Path
 from time import monotonic, sleep
@@ -33,7 +32,7 @@ from palpate.robots.rig import RigParts, rig_entry
 from palpate.robots.robot import Robot
 from palpate.robots.robot_file import RobotFile
 from palpate.runtime.data import ArmSample
-from palpate.runtime.progress import say, step_progress
+from palpate.runtime.progress import step_progress
 from palpate.runtime.real_time import Overrun, RealTime
 from palpate.runtime.standstill_check import REST_SPEED
 from palpate.runtime.urgency import urgency_granted
@@ -61,8 +60,6 @@ _CPU_GOVERNORS = "sys/devices/system/cpu/cpu*/cpufreq/scaling_governor"
 _REAL_TIME_KERNEL = Path("/sys/kernel/realtime")
 _RECEIVE_BUFFER = Path("/proc/sys/net/core/rmem_max")
 
-_judged_as_note = partial(judged, otherwise=FindingVerdict.NOTE)
-
 
 def run_doctor(config: DoctorConfig) -> CommandResult:
     """Examine all devices and print the findings.
@@ -74,10 +71,9 @@ def run_doctor(config: DoctorConfig) -> CommandResult:
         InvalidValueError: If there is no such robot, or it has no devices.
         DeviceError: If emulators do not come up.
     """
-    console = Console()
     with opened_rig(config.robot) as (robot, parts):
         devices = separate_devices(parts)
-        with step_progress(console, [_COMPUTER, *(device.name for device in devices)]) as announce:
+        with step_progress(Console(), [_COMPUTER, *(device.name for device in devices)]) as announce:
             announce(_COMPUTER)
             findings = [*_computer_findings(robot.file, config.duration)]
             for device in devices:
@@ -85,13 +81,14 @@ def run_doctor(config: DoctorConfig) -> CommandResult:
                 findings += _examined(device, _findings(robot, parts, device, config.duration))
     fit = all(finding.verdict is not FindingVerdict.BAD for finding in findings)
     outcome = "Fit to run." if fit else "Not fit to run."
-    console.print(_table(robot.file.name, findings))
-    for verdict, word in ((FindingVerdict.BAD, "Fix"), (FindingVerdict.NOTE, "Note")):
-        for finding in findings:
-            if finding.fix and finding.verdict is verdict:
-                say(console, f"{word}: {finding.device}, {finding.what}: {finding.fix}")
-    say(console, outcome)
-    return fitness(fit, outcome, robot=robot.file.name, findings=findings)
+    fixes = [
+        f"{word}: {finding.device}, {finding.what}: {finding.fix}"
+        for verdict, word in ((FindingVerdict.BAD, "Fix"), (FindingVerdict.NOTE, "Note"))
+        for finding in findings
+        if finding.fix and finding.verdict is verdict
+    ]
+    table = _table(robot.file.name, findings)
+    return fitness(fit, outcome, (table, *fixes, outcome), robot=robot.file.name, findings=findings)
 
 
 def _table(title: str, findings: Iterable[DeviceFinding]) -> Table:
@@ -220,12 +217,25 @@ def _hand_findings(robot: Robot, hand: HandDevice, duration: float) -> Iterator[
     assert entry is not None  # the robot file has made the device
     half, most = (1e3 * float(x) for x in np.percentile(took, [50.0, 99.0]))
     oldest, poll = 1e3 * robot.file.limits.sample_age, 1e3 * entry.poll
-    fix, fast = f"write poll_s: {1e-3 * half * 1.3:.3f}, or raise the baud rate", half <= poll
-    yield _judged_as_note(
-        hand.name, "exchange, median", half, "ms", f"at most backend.hand.poll_s, {poll:g}", fast, fix
+    yield judged(
+        hand.name,
+        "exchange, median",
+        half,
+        "ms",
+        f"at most backend.hand.poll_s, {poll:g}",
+        half <= poll,
+        f"write poll_s: {1e-3 * half * 1.3:.3f}, or raise the baud rate",
+        FindingVerdict.NOTE,
     )
-    wanted, fix = f"well below limits.sample_age_s, {oldest:g} ms", "check cables, baud rate and the adapter"
-    yield judged(hand.name, "exchange, 99 %", most, "ms", wanted, most + poll < oldest, fix)
+    yield judged(
+        hand.name,
+        "exchange, 99 %",
+        most,
+        "ms",
+        f"well below limits.sample_age_s, {oldest:g} ms",
+        most + poll < oldest,
+        "check cables, baud rate and the adapter",
+    )
 
 
 def _sensor_findings(robot: Robot, i: int, sensor: SensorDevice, duration: float) -> Iterator[DeviceFinding]:
@@ -235,14 +245,26 @@ def _sensor_findings(robot: Robot, i: int, sensor: SensorDevice, duration: float
         raise DeviceError(sensor.name, f"{len(watched.time)} records in {duration:g} s", "check its settings")
     yield from _timing_findings(robot, sensor.name, watched)
     file, loop_rate = robot.sensors[i], 1.0 / robot.file.period
-    fix = f"its records repeat themselves: give device_rate_Hz: {watched.rate:.0f} in its sensor file"
-    often = watched.rate >= _MIN_RATE_SHARE * loop_rate
-    yield _judged_as_note(sensor.name, "rate", watched.rate, "Hz", f"{loop_rate:g}, the loop's", often, fix)
+    yield judged(
+        sensor.name,
+        "rate",
+        watched.rate,
+        "Hz",
+        f"{loop_rate:g}, the loop's",
+        watched.rate >= _MIN_RATE_SHARE * loop_rate,
+        f"its records repeat themselves: give device_rate_Hz: {watched.rate:.0f} in its sensor file",
+        FindingVerdict.NOTE,
+    )
     if file is not None:
-        right = abs(file.sample_rate / loop_rate - 1.0) < 1e-6
-        fix = f"write sample_rate_Hz: {loop_rate:g}: it is read once per period, and filtered at that rate"
-        what = "sample_rate_Hz of its file"
-        yield judged(sensor.name, what, file.sample_rate, "Hz", f"{loop_rate:g}", right, fix)
+        yield judged(
+            sensor.name,
+            "sample_rate_Hz of its file",
+            file.sample_rate,
+            "Hz",
+            f"{loop_rate:g}",
+            abs(file.sample_rate / loop_rate - 1.0) < 1e-6,
+            f"write sample_rate_Hz: {loop_rate:g}: it is read once per period, and filtered at that rate",
+        )
     raw = file is not None and file.calibration is not None
     units = [""] * 6 if raw else ["N"] * 3 + ["N m"] * 3
     noise, limits = watched.values.std(axis=0, ddof=1), _MAX_NOISE_RATIO * np.array(noise_of_finger(robot, i))
@@ -260,31 +282,58 @@ def _computer_findings(file: RobotFile, duration: float) -> Iterator[DeviceFindi
     """Measure wake-ups at the period and pace of a robot file, and query the priority that the system grants."""
     yield from _wake_up_findings(file, duration)
     load, cores = os.getloadavg()[0], os.cpu_count() or 1
-    fix = "close what else runs: devices are served late when all cores are busy"
-    yield _judged_as_note(_COMPUTER, "load", load, "", f"below its {cores} cores", load < cores, fix)
+    yield _computer_note(
+        "load",
+        load,
+        f"below its {cores} cores",
+        load < cores,
+        "close what else runs: devices are served late when all cores are busy",
+    )
     if sys.platform != "linux":
-        note = FindingVerdict.NOTE
-        yield DeviceFinding(_COMPUTER, "system", sys.platform, "", "linux", note, "real time is for Linux")
+        yield _computer_note("system", sys.platform, "linux", False, "real time is for Linux")
         return
     granted = urgency_granted()
-    fix = "add `@realtime - nice -20` to /etc/security/limits.d/realtime.conf and join that group"
-    value = "granted" if granted else "refused"
-    yield _judged_as_note(_COMPUTER, "urgent reading threads", value, "", "granted", granted, fix)
+    yield _computer_note(
+        "urgent reading threads",
+        "granted" if granted else "refused",
+        "granted",
+        granted,
+        "add `@realtime - nice -20` to /etc/security/limits.d/realtime.conf and join that group",
+    )
     real_time = _REAL_TIME_KERNEL.is_file()
-    fix = "with a real-time kernel (PREEMPT_RT) the largest lateness goes down to tenths of a millisecond"
-    value = "real-time" if real_time else "ordinary"
-    yield _judged_as_note(_COMPUTER, "kernel", value, "", "real-time", real_time, fix)
+    yield _computer_note(
+        "kernel",
+        "real-time" if real_time else "ordinary",
+        "real-time",
+        real_time,
+        "with a real-time kernel (PREEMPT_RT) the largest lateness goes down to tenths of a millisecond",
+    )
     governors = {path.read_text().strip() for path in Path("/").glob(_CPU_GOVERNORS)}
     if governors:
-        fix = "`sudo cpupower frequency-set -g performance`: cores that sleep deeply wake up late"
-        value, fast = ", ".join(sorted(governors)), governors == {"performance"}
-        yield _judged_as_note(_COMPUTER, "CPU governor", value, "", "performance", fast, fix)
+        yield _computer_note(
+            "CPU governor",
+            ", ".join(sorted(governors)),
+            "performance",
+            governors == {"performance"},
+            "`sudo cpupower frequency-set -g performance`: cores that sleep deeply wake up late",
+        )
     if _RECEIVE_BUFFER.is_file():
         size = int(_RECEIVE_BUFFER.read_text())
-        large, wanted = size >= _MIN_RECEIVE_BUFFER, f"{_MIN_RECEIVE_BUFFER >> 10} for fast Ethernet sensors"
-        fix = f"`sudo sysctl -w net.core.rmem_max={_MIN_RECEIVE_BUFFER}`, or records are lost in stalls"
-        what = "largest receive buffer"
-        yield _judged_as_note(_COMPUTER, what, float(size >> 10), "KiB", wanted, large, fix)
+        yield _computer_note(
+            "largest receive buffer",
+            float(size >> 10),
+            f"{_MIN_RECEIVE_BUFFER >> 10} for fast Ethernet sensors",
+            size >= _MIN_RECEIVE_BUFFER,
+            f"`sudo sysctl -w net.core.rmem_max={_MIN_RECEIVE_BUFFER}`, or records are lost in stalls",
+            "KiB",
+        )
+
+
+def _computer_note(
+    what: str, value: float | str, wanted: str, good: bool, fix: str, unit: str = ""
+) -> DeviceFinding:
+    """Return a finding on this computer that is good, or a note with its remedy."""
+    return judged(_COMPUTER, what, value, unit, wanted, good, fix, FindingVerdict.NOTE)
 
 
 def _wake_up_findings(file: RobotFile, duration: float) -> Iterator[DeviceFinding]:
@@ -299,8 +348,7 @@ def _wake_up_findings(file: RobotFile, duration: float) -> Iterator[DeviceFindin
     if pace.priority is not None:
         granted = "SCHED_FIFO" in kept.note and "no " not in kept.note
         value = "granted" if granted else "refused"
-        what = f"real-time priority {pace.priority}"
-        yield _judged_as_note(_COMPUTER, what, value, "", "granted", granted, kept.note)
+        yield _computer_note(f"real-time priority {pace.priority}", value, "granted", granted, kept.note)
     lateness = kept.lateness.values
     half, most, worst = (1e3 * float(x) for x in np.percentile(lateness, [50.0, 99.0, 100.0]))
     limit = 1e3 * _MAX_LATE_SHARE * file.period

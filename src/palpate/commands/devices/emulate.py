@@ -103,8 +103,7 @@ def run_emulate(config: EmulateConfig) -> CommandResult:
         for line in (*devices.about, *text.split("\n")):
             say(console, line)
         host.run()
-    say(console, "Ended.")
-    return CommandResult(outcome="Ended.", facts=facts)
+    return CommandResult(outcome="Ended.", facts=facts, shown=("Ended.",))
 
 
 def run_fault(config: EmulateFaultConfig) -> CommandResult:
@@ -124,10 +123,8 @@ def run_fault(config: EmulateFaultConfig) -> CommandResult:
         done = control.fault(config.device, config.fault, config.value)
     finally:
         control.close()
-    say(Console(), done)
-    return CommandResult(
-        outcome=done, facts={"device": config.device, "fault": config.fault, "value": config.value}
-    )
+    facts = {"device": config.device, "fault": config.fault, "value": config.value}
+    return CommandResult(outcome=done, facts=facts, shown=(done,))
 
 
 def _emulated(config: EmulateConfig, opened: ExitStack) -> _Emulated:

@@ -60,8 +60,7 @@ def recover_devices(parts: RigParts, confirm: Callable[[str], bool]) -> CommandR
     unfit = [condition.device for condition in conditions if not condition.fit]
     verdict = f"Not fit to run: {', '.join(unfit)}" if unfit else "Fit to run"
     outcome = f"{verdict}; {'changed: ' + ', '.join(changed) if changed else 'nothing was changed'}."
-    say(console, outcome)
-    return fitness(not unfit, outcome, changed=changed, devices=conditions)
+    return fitness(not unfit, outcome, (outcome,), changed=changed, devices=conditions)
 
 
 def _condition(device: AnyDevice, *, recover: bool = False) -> DeviceCondition:

@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from rich.console import RenderableType
+
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.hw.devices import ArmDevice, HandDevice, SensorDevice
 from palpate.robots.rig import RigParts, parts_of
@@ -34,7 +36,7 @@ def separate_devices(parts: RigParts) -> list[AnyDevice]:
     return [*sensors, *(device for device in (parts.hand, parts.arm) if device is not None)]
 
 
-def fitness(fit: bool, outcome: str, **facts: object) -> CommandResult:
+def fitness(fit: bool, outcome: str, shown: tuple[RenderableType, ...] = (), **facts: object) -> CommandResult:
     """Return the result of a command that has examined a rig; unfinished if the rig is not fit to run."""
     code = ExitCode.DONE if fit else ExitCode.UNFINISHED
-    return CommandResult(code, outcome, facts={"fit": fit, **facts})
+    return CommandResult(code, outcome, facts={"fit": fit, **facts}, shown=shown)

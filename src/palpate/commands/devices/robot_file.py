@@ -25,12 +25,11 @@ def run_list(config: RobotListConfig) -> CommandResult:
     """Print the name and the first line of every robot that comes with palpate."""
     robots = {name: load_robot(name).file for name in shipped_robots()}
     widest = max(map(len, robots))
-    for name, file in robots.items():
-        sys.stdout.write(f"{name:<{widest}}  {file.name}\n")
+    shown = tuple(f"{name:<{widest}}  {file.name}" for name, file in robots.items())
     rows = [
         {"name": name, "about": file.name, "kind": name_of_kind(file.backend)} for name, file in robots.items()
     ]
-    return CommandResult(facts={"robots": rows})
+    return CommandResult(facts={"robots": rows}, shown=shown)
 
 
 def run_show(config: RobotShowConfig) -> CommandResult:
@@ -87,9 +86,9 @@ def run_check(config: RobotCheckConfig) -> CommandResult:
     remarks, risk = robot.file.backend.remarks(robot), _unchecked_sensors(robot)
     lines += [f"  {remark}" for remark in remarks]
     outcome = "All in order."
-    sys.stdout.write("\n".join([str(path), *lines, *([risk] if risk else []), outcome, ""]))
     return CommandResult(
         outcome=outcome,
+        shown=(str(path), *lines, *([risk] if risk else []), outcome),
         facts={
             "file": path,
             "robot": as_written(robot.file),

@@ -21,12 +21,12 @@ from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, NAME_KEY, exper
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recording import notes_in
 from palpate.experiments.kit.registry import experiment_named
-from palpate.experiments.kit.repeat_words import command_line
+from palpate.experiments.kit.run_report import command_line
 from palpate.exporting.exporter import Episode, Exporter, Fact
 from palpate.open_kinds import kind_named
 from palpate.runtime.log import LogReader
 from palpate.runtime.log.ros2_bag import write_bag
-from palpate.runtime.progress import progress_bar, say
+from palpate.runtime.progress import progress_bar
 
 _NO_TASK = "palpate"
 """Task of a log whose experiment is not installed."""
@@ -41,7 +41,7 @@ def run_log_export(config: LogExportConfig) -> CommandResult:
         MissingLibraryError: If a library that the format takes is not installed.
         OSError: If a file cannot be written.
     """
-    console, place = Console(), config.log
+    place = config.log
     exporter = _exporter(config.to)
     if (place / SWEEP_FILE).is_file():
         logs = [log.resolve() for log in sorted((place / "reports").glob("*/latest.mcap"))]
@@ -63,13 +63,12 @@ def run_log_export(config: LogExportConfig) -> CommandResult:
     periods = sum(log.periods for log in read)
     damage = tuple(f"{log.path}: damaged, its periods have gaps: {log.damage_words}" for log in read if log.damage)
     runs = f"{len(read)} run{'s' if len(read) > 1 else ''}"
-    for line in (f"{periods} periods of {runs}", *map(str, files), *damage):
-        say(console, line)
     return CommandResult(
         metrics={"episodes": len(read), "periods": periods},
         facts={"logs": [log.path for log in read]},
         files=files,
         warnings=damage,
+        shown=(f"{periods} periods of {runs}", *map(str, files), *damage),
     )
 
 
@@ -162,13 +161,12 @@ def run_log_ros2(config: LogRos2Config) -> CommandResult:
         InvalidValueError: If there is no log, nothing of it can be read, or the folder exists already.
         OSError: If a file cannot be written.
     """
-    path, console = resolved_log(config.log), Console()
+    path = resolved_log(config.log)
     folder = path.with_name(f"{path.stem}_bag") if config.out is None else config.out
     with progress_bar(Console(stderr=True), f"reading {path.name}", after=BAR_DELAY) as bar:
         bag = write_bag(path, folder, notes_in, bar.show)
     damage = () if bag.damage is None else (f"The log is damaged, the bag has gaps: {bag.damage}",)
     counts = [f"{topic}: {count} messages" for topic, count in bag.counts.items()]
-    for line in (*counts, *damage, f"Bag: {folder}; play it with: ros2 bag play {folder}"):
-        say(console, line)
+    shown = (*counts, *damage, f"Bag: {folder}; play it with: ros2 bag play {folder}")
     facts = {"log": path, "bag": folder, "topics": dict(bag.counts)}
-    return CommandResult(facts=facts, files=bag.files, warnings=damage)
+    return CommandResult(facts=facts, files=bag.files, warnings=damage, shown=shown)

@@ -1,5 +1,6 @@
 """`palpate log info`: contents of the log of a run, as tables for the terminal and as values."""
 
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -51,8 +52,7 @@ def run_log_info(config: LogInfoConfig) -> CommandResult:
         times = LogTimes(log.codec)
         for piece in log.pieces(bar.show):
             times.take(piece)
-    Console().print(log_summary(log, times, size))
-    return _result(log, times, size)
+    return replace(_result(log, times, size), shown=(log_summary(log, times, size),))
 
 
 def resolved_log(place: Path) -> Path:

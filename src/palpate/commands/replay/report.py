@@ -2,20 +2,20 @@
 
 import shlex
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from palpate.commands.replay.run import ReplayedLog, changeable
 from palpate.errors import FloatArray
-from palpate.experiments.kit.option_words import has_unit, option_words
-from palpate.experiments.kit.options import TOUCHED, specs_of
-from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
+from palpate.experiments.kit.config_file import VERSIONS_TEXT, versions_text
+from palpate.experiments.kit.options import TOUCHED, has_unit, option_words, specs_of
 from palpate.plain_text import inert
 from palpate.reporting.data import Quantity
 from palpate.reporting.figure import TIME, Axis, Figure, Panel
 from palpate.reporting.marks import Line, Mark, Points, unnamed
-from palpate.reporting.report import NOTHING, Figures, Paragraph, Report, Section
+from palpate.reporting.report import NOTHING, Figures, FigureSource, Paragraph, Report, Section
 from palpate.reporting.run_figures import phase_spans
 from palpate.runtime import Record
 from palpate.runtime.palette import COMMAND, FELT
@@ -183,8 +183,9 @@ def replay_report(done: ReplayedLog, controller: str | None = None) -> Report:
     any_periods, differs = len(recorded) > 0, bool(np.nansum(np.abs(replayed.command - recorded.command)) > 0.0)
     touched = bool(recorded.touching.any() or replayed.touching.any())
 
-    def commands() -> tuple[Figure | None, ...]:
-        return (velocity_figure(recorded, replayed), difference_figure(recorded, replayed)) if any_periods else ()
+    def commands() -> tuple[FigureSource, ...]:
+        drawn = (partial(velocity_figure, recorded, replayed), partial(difference_figure, recorded, replayed))
+        return drawn if any_periods else ()
 
     def felt() -> tuple[Figure | None, ...]:
         return (felt_figure(recorded, replayed),) if any_periods else ()

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from palpate.commands.sweep.plan import RunCase
 from palpate.commands.sweep.store import RunRecord, RunStatus, one_line
-from palpate.experiments.kit.config_file import read_config
+from palpate.experiments.kit.config_file import read_config, versions
 from palpate.experiments.kit.experiment import Experiment, Result
 from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.recorded_run import RecordedRun
@@ -18,7 +18,6 @@ from palpate.experiments.kit.recording import log_writer, tell_log, write_result
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.run_report import run_report
 from palpate.experiments.kit.script import plan_for
-from palpate.experiments.kit.versions import versions
 
 
 def attempt(case: RunCase) -> RunRecord:

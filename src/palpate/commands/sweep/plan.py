@@ -12,7 +12,7 @@ from typing import Any
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.typed_values import Varied, set_options, shown_value, varied_options
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.config_checks import LARGEST_SEED
+from palpate.experiments.kit.checks import MAX_SEED
 from palpate.experiments.kit.config_file import NAME_KEY, config_text, load_overlay, plain_values
 from palpate.experiments.kit.experiment import Experiment
 from palpate.experiments.kit.options import specs_of
@@ -158,10 +158,8 @@ def sweep_plan(config: SweepConfig) -> SweepPlan:
         raise InvalidValueError(f"{count} runs: at most {MOST_RUNS}; vary less, or make several sweeps")
     combinations = tuple(_combinations(config, experiment, varied, fixed))
     first = combinations[0].config.seed
-    if first + config.seeds - 1 > LARGEST_SEED:
-        raise InvalidValueError(
-            f"seed = {first}: with {config.seeds} of them the last would be above {LARGEST_SEED}"
-        )
+    if first + config.seeds - 1 > MAX_SEED:
+        raise InvalidValueError(f"seed = {first}: with {config.seeds} of them the last would be above {MAX_SEED}")
     seeds = range(first, first + config.seeds)
     runs: list[PlannedRun] = []
     robot_texts = cache(_robot_texts)  # each robot is read once

@@ -14,7 +14,7 @@ from palpate.commands.sweep.store import RunRecord, RunStatus
 from palpate.commands.typed_values import shown_value
 from palpate.experiments.kit.metric import is_share
 from palpate.experiments.kit.options import NOISY, specs_of
-from palpate.experiments.kit.repeat_words import command_line
+from palpate.experiments.kit.run_report import command_line
 from palpate.reporting.data import Quantity
 from palpate.reporting.report import Figures, Report, Section, TextTable
 from palpate.reporting.units import scale_of

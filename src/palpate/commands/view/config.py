@@ -34,7 +34,7 @@ class ViewConfig:
     what: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="LOG|EXPERIMENT")]
     """Log file (.mcap) of a run, or a folder for its latest.mcap; or an experiment to be carried out: its name, or
     module:Class."""
-    time_scale: Annotated[float, tyro.conf.arg(aliases=("--speed",))] = option(1.0, "", infinite=True)
+    time_scale: float = option(1.0, "", infinite=True)
     """Seconds of the run per second of wall time: 2 is twice as fast as in reality; inf: as fast as it can be
     computed. Devices keep real time."""
     set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE ...")] = ()

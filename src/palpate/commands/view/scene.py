@@ -60,7 +60,7 @@ def shown_scene(experiment: Experiment, plan: Plan) -> ViewScene:
     shown = None if robot is None else robot.file.backend.shown(robot)
     if shown is robot:
         return plan.view()
-    return experiment.plan(lasting(plan.config), shown, plan.texts()).view()
+    return experiment.plan(lasting(plan.config), shown, plan.attachments()).view()
 
 
 def plans_of_log(logged: LoggedRun) -> tuple[PlanChange, ...]:
@@ -144,7 +144,7 @@ def write_still(scene: ViewScene, frames: Frames, path: Path) -> None:
     A run without contact is shown at its end. A hand is shown at its hardest grip: at its last contact it lets go.
 
     Args:
-        scene: Scene of the run, as `palpate.experiments.kit.scene_view` makes it.
+        scene: Scene of the run, as `palpate.experiments.kit.scene` makes it.
         frames: Frames of the run, at least one period.
         path: Name of the file (PNG).
 

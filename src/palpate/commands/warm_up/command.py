@@ -20,7 +20,7 @@ from palpate.atomic_file import replacing
 from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.warm_up.config import WarmUpConfig
 from palpate.compiling import cache_folder
-from palpate.experiments.kit.versions import versions_text
+from palpate.experiments.kit.config_file import versions_text
 from palpate.runtime.progress import COUNT, lively, progress_bar, say
 
 STEPS = "palpate.commands.warm_up.steps"
@@ -38,11 +38,11 @@ def run_warm_up(config: WarmUpConfig) -> CommandResult:
     Raises:
         KeyboardInterrupt: After Ctrl-C; functions compiled by then are kept.
     """
-    console, began = Console(), time.monotonic()
+    began = time.monotonic()
     record, sources = _record_path(), _hash_of_sources()
     report, warnings = _kept_report(record, sources), list[str]()
     if report is None:
-        with TemporaryDirectory() as folder, _progress(console) as show:
+        with TemporaryDirectory() as folder, _progress(Console()) as show:
             report = _compile_all(folder, show)
         if "error" in report:
             return CommandResult(ExitCode.UNFINISHED, error=f"could not compile everything: {report['error']}")
@@ -58,14 +58,13 @@ def run_warm_up(config: WarmUpConfig) -> CommandResult:
     folders = [Path(os.path.commonpath(report["folders"]))] if report["folders"] else []
     outcome = f"Compiled {count} functions in {duration:.0f} s" if count else "Nothing to compile"
     outcome += f"; kept in {folders[0]}" if folders else ""
-    for line in (outcome, *(f"Note: {warning}" for warning in warnings)):
-        say(console, line)
     return CommandResult(
         ExitCode.UNFINISHED if warnings else ExitCode.DONE,
         outcome,
         {"compiled": count, "duration_s": duration},
         facts={"functions": report["compiled"], "folders": folders},
         warnings=tuple(warnings),
+        shown=(outcome, *(f"Note: {warning}" for warning in warnings)),
     )
 
 

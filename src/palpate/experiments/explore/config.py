@@ -13,8 +13,13 @@ from palpate.experiments.explore.objects import (
     check_file,
     checked_size,
 )
-from palpate.experiments.kit.change_names import EXPLORED, check_change_names
-from palpate.experiments.kit.config_checks import (
+from palpate.experiments.kit.checks import (
+    MAX_FORCE,
+    MIN_FORCE_PER_TOUCH_FORCE,
+    MIN_TOUCH_FORCE,
+    TOUCH_DEVIATIONS,
+    check_change_names,
+    check_force_noise,
     check_friction,
     check_length,
     check_period,
@@ -22,13 +27,6 @@ from palpate.experiments.kit.config_checks import (
     check_tip,
     spaced,
     speed_hint,
-)
-from palpate.experiments.kit.contact_checks import (
-    LEAST_FORCE,
-    LEAST_TOUCH_FORCE,
-    MOST_FORCE,
-    TOUCH_DEVIATIONS,
-    check_force_noise,
 )
 from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, check_options, option
 
@@ -72,6 +70,10 @@ _EVEN = ("strategy", ("raster", "spiral", "taps"))
 _RECTANGLE = ("strategy", ("raster", "taps", "active"))
 _SPIRAL, _CONTOUR, _ACTIVE = (("strategy", (name,)) for name in ("spiral", "contour", "active"))
 """Strategies that an option belongs to."""
+
+
+LIVE = ("force", "speed", "force_gain")
+"""Live parameters: they may be changed while an exploration runs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +209,7 @@ class ExploreConfig:
                 f"{depth:g} m, the limit is {MOST_GRID_POINTS:.0e}; take rows at least "
                 f"{self.gap * (points / MOST_GRID_POINTS) ** 0.5:.2g} m apart"
             )
-        check_change_names(self.change, EXPLORED)
+        check_change_names(self.change, LIVE)
 
     @property
     def article(self) -> str:
@@ -257,7 +259,7 @@ class ExploreConfig:
     @property
     def touch_force(self) -> float:
         """Force that counts as a touch [N]."""
-        return max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * self.noise[0])
+        return max(MIN_TOUCH_FORCE, TOUCH_DEVIATIONS * self.noise[0])
 
     @property
     def least_force(self) -> float:
@@ -270,17 +272,17 @@ class ExploreConfig:
         return self.force + self.force_swing
 
     def _check_force(self) -> None:
-        least = LEAST_FORCE * self.touch_force
+        least = MIN_FORCE_PER_TOUCH_FORCE * self.touch_force
         noise = f" with a force noise of {self.force_noise:g} N" if self.force_noise else ""
-        if not least * (1.0 - 1e-12) <= self.force <= MOST_FORCE:
+        if not least * (1.0 - 1e-12) <= self.force <= MAX_FORCE:
             raise InvalidValueError(
-                f"force = {self.force:g} N: must lie between {least:g} and {MOST_FORCE:g} N{noise}"
+                f"force = {self.force:g} N: must lie between {least:g} and {MAX_FORCE:g} N{noise}"
             )
-        room = min(self.force - least, MOST_FORCE - self.force)
+        room = min(self.force - least, MAX_FORCE - self.force)
         if self.force_swing > room + 1e-12:
             raise InvalidValueError(
                 f"force_swing = {self.force_swing:g} N: about {self.force:g} N at most {room:g} N, so that the "
-                f"force stays between {least:g} and {MOST_FORCE:g} N{noise}"
+                f"force stays between {least:g} and {MAX_FORCE:g} N{noise}"
             )
         if self.force_swing and self.force_period < SHORTEST_SWING:
             raise InvalidValueError(

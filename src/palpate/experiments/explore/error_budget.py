@@ -6,7 +6,6 @@ the stiffness. The contacts of a scan also show errors of the fingertip's shape 
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +16,7 @@ from palpate.estimation import BrokenAssumption
 from palpate.mapping.point_normals import point_normals
 from palpate.runtime import FingerDescription, Phase, Record, SensorFinger
 from palpate.sensing.solver import contacts_from_wrenches
-from palpate.sensing.tip_agreement import TipAgreement, tip_agreement
+from palpate.sensing.tip_agreement import tip_agreement
 from palpate.sensing.tip_uncertainty import EXACT, TipUncertainty
 from palpate.sensing.uncertainty import ContactUncertainties, contacts_uncertainties, white_noise
 
@@ -28,12 +27,6 @@ together (see `palpate.sim.sensor.presets`)."""
 ZERO_SHARE = 1e-3
 """ASSUMPTION: drift of the zero since it was last taken, as a share of full load: two kelvin of 0.05 %/K (see
 `palpate.sim.sensor.presets`)."""
-
-UNIFORM_SD = 3.0**-0.5
-"""Standard deviation of a uniform distribution over -1 to 1: a maker's limit is no standard deviation."""
-
-MAX_EVALUATED_CONTACTS = 200
-"""Contacts at which an effect is evaluated, evenly over the scan."""
 
 DEVIATIONS_95 = 1.96
 """Standard deviations that hold 95 % of an error."""
@@ -52,9 +45,6 @@ sliding contact presses by more than its penetration, 0.2 % in a scan of a spher
 MIN_TILT = 2.5e-3
 """Least tilt of normals [rad]: a tip of 8 mm rolls so far in a period of 1 ms at 20 mm/s."""
 
-CURVATURE_RATIO = 2.0
-"""Curvature of tip and object together over that of the tip: an object nowhere sharper than the tip."""
-
 FREE_AIR_TIME_S = 0.05
 """Time in free air over which a zero is averaged [s]: the last millimetre of a lift, far off the surface."""
 
@@ -69,16 +59,6 @@ MIN_LANDING_PERIODS = 20
 
 MAX_STIFFNESS_ERROR = 0.1
 """Largest relative standard error of a landing's stiffness at which it counts."""
-
-NORMAL_RADIUS = 2.5e-3
-"""Radius around a contact for the normal by neighbouring contacts [m]: a paraboloid is good over a third of a
-tip."""
-
-NORMAL_SPACING = 2e-4
-"""Distance between the contacts that are kept for such normals [m]."""
-
-MAX_NORMALS = 600
-"""Contacts whose normals are compared, evenly over the scan."""
 
 MIN_FRICTION_RATIO = 1e-3
 """Least tangential over normal force at which friction gives the sensor's turn about the normal."""
@@ -177,22 +157,24 @@ def map_budget(
 
 
 def _evenly(felt: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
-    spread = np.linspace(0, len(felt) - 1, MAX_EVALUATED_CONTACTS)
+    """Return at most 200 contacts, evenly over the scan."""
+    spread = np.linspace(0, len(felt) - 1, 200)
     return np.asarray(felt[np.unique(spread.round().astype(int))])
 
 
 def _calibration_covariance(wrenches: FloatArray, ranges: FloatArray) -> FloatArray:
     """Return the covariance (6, 6) that calibration and zero leave at a typical wrench of these (n, 6)."""
     load = float(np.sqrt(np.median(np.square(wrenches / ranges).sum(axis=1))))
-    sd: FloatArray = UNIFORM_SD * np.hypot(CALIBRATION_SHARE * load, ZERO_SHARE) * ranges
+    # a maker's limit is no standard deviation: that of a uniform distribution over -1 to 1 is 3**-0.5
+    sd: FloatArray = 3.0**-0.5 * np.hypot(CALIBRATION_SHARE * load, ZERO_SHARE) * ranges
     return np.diag(sd * sd)
 
 
 def _rise(uncertain: ContactUncertainties) -> float:
     """Return the mean gap of tip and object at the estimated contact [m]."""
-    # turn times shift: curvature of the tip times squared distance, without the surface's own curvature
-    turned = np.sqrt(_trace(uncertain.centroid) * _trace(uncertain.normal))
-    return 0.5 * CURVATURE_RATIO * float(np.nanmedian(turned))
+    # turn times shift is the tip's curvature times squared distance; half of it is the tip's gap, and an object
+    # nowhere sharper than the tip adds as much
+    return float(np.nanmedian(np.sqrt(_trace(uncertain.centroid) * _trace(uncertain.normal))))
 
 
 def _trace(covariance: FloatArray) -> FloatArray:
@@ -324,59 +306,32 @@ def zero_offset(
     return float(np.nanpercentile(aside * turn + pressed, BUDGET_PERCENT))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TipCheck:
-    """Agreement of the contacts with the description of the fingertip.
-
-    Attributes:
-        agreement: Difference of the fingertip by the contacts from its description.
-        tip: Uncertainty of the description.
-        place_sd: Standard deviation of the lateral place of contacts by the sensor's calibration [m].
-    """
-
-    agreement: TipAgreement
-    tip: TipUncertainty
-    place_sd: float
-
-    def broken(self) -> Iterator[BrokenAssumption]:
-        """Return the assumptions that the contacts contradict; see `TipAgreement.broken`."""
-        return self.agreement.broken(self.tip, self.place_sd)
-
-
-def tip_check(
-    record: Record,
-    finger: FingerDescription,
-    kept: npt.NDArray[np.bool_],
-    tip: TipUncertainty,
-    place_sd: float,
-) -> TipCheck | None:
-    """Return the agreement of a scan with its fingertip; None where it cannot be computed, as along a single line.
+def tip_findings(
+    record: Record, finger: FingerDescription, *, kept: npt.NDArray[np.bool_], tip: TipUncertainty, place_sd: float
+) -> tuple[BrokenAssumption, ...] | None:
+    """Return the assumptions about the fingertip that a scan contradicts; None if it cannot judge, as on a line.
 
     Args:
         record: Record of the run.
         finger: Finger that felt.
         kept: Periods that gave a point of the map, shape (n,).
-        tip: Uncertainty of the fingertip.
+        tip: Uncertainty of the fingertip's description.
         place_sd: Standard deviation of the lateral place of contacts by the sensor's calibration [m].
     """
     felt = np.flatnonzero(kept)
-    if not len(felt):
-        return None
-    found = point_normals(
-        record.centroid[felt], record.normal[felt], radius=NORMAL_RADIUS, spacing=NORMAL_SPACING, count=MAX_NORMALS
-    )
-    rows = felt[found.rows]
-    friction = np.linalg.norm(record.tangential_force[rows], axis=1)
-    rubbing = friction > MIN_FRICTION_RATIO * record.normal_force[rows]
-    rows, normal, bend = rows[rubbing], found.normal[rubbing], found.bend[rubbing]
+    # a paraboloid around a contact is good over a third of a tip
+    found = point_normals(record.centroid[felt], record.normal[felt], radius=2.5e-3, spacing=2e-4, count=600)
+    friction = np.linalg.norm(record.tangential_force[felt[found.rows]], axis=1)
+    rubbing = friction > MIN_FRICTION_RATIO * record.normal_force[felt[found.rows]]
+    rows, bend = felt[found.rows][rubbing], found.bend[rubbing]
     if not len(rows):
         return None
     contacts = contacts_from_wrenches(finger.surface, record.wrench[rows])
     base = _axes(record.normal[rows], record.tangential_force[rows])
     turn = _axes(contacts.normal, contacts.tangential_force) @ base.transpose(0, 2, 1)
-    normal = np.einsum("nij,nj->ni", turn, normal)
+    normal = np.einsum("nij,nj->ni", turn, found.normal[rubbing])
     agreement = tip_agreement(finger.surface, contacts, normal, turn @ bend @ turn.transpose(0, 2, 1))
-    return None if agreement is None else TipCheck(agreement, tip, place_sd)
+    return None if agreement is None else tuple(agreement.broken(tip, place_sd))
 
 
 def _axes(normal: FloatArray, friction: FloatArray) -> FloatArray:

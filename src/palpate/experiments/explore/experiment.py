@@ -31,12 +31,14 @@ class Explore(ExperimentDefaults):
     metrics = METRICS
     findings = FINDINGS
 
-    def plan(self, config: ExploreConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "ExplorationPlan":
+    def plan(
+        self, config: ExploreConfig, robot: "Robot | None", attachments: Mapping[str, str]
+    ) -> "ExplorationPlan":
         """See `Experiment`."""
         from palpate.experiments.explore.plan import plan
 
         assert robot is not None  # the configuration names one
-        return plan(config, robot, texts)
+        return plan(config, robot, attachments)
 
     def evaluate(self, plan: "ExplorationPlan", recorded: "Recorded") -> "ExplorationResult":
         """See `Experiment`."""

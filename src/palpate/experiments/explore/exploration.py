@@ -16,26 +16,25 @@ import numpy.typing as npt
 from palpate.atomic_file import replacing
 from palpate.controllers.paths import Active, Mark, PathEvent, StopReason
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.estimation import BrokenAssumption
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.error_budget import (
     AssumptionCheck,
-    TipCheck,
     assumption_check,
     map_budget,
-    tip_check,
+    tip_findings,
 )
 from palpate.experiments.explore.explored_map import (
     ExploredMap,
     explored_map,
     felt_in_scan,
     points_per_row,
-    scan_contacts,
+    touch_cloud,
 )
 from palpate.experiments.explore.plan import ExplorationPlan
-from palpate.experiments.kit.change_outcome import ChangeOutcome
 from palpate.experiments.kit.comparable import ErrorSample
-from palpate.experiments.kit.contact_truth import ContactTruth
-from palpate.experiments.kit.recorded_run import Recorded
+from palpate.experiments.kit.recorded_periods import ContactTruth
+from palpate.experiments.kit.recorded_run import ChangeOutcome, Recorded
 from palpate.experiments.kit.shown_result import ShownResult
 from palpate.mapping import HeightMap, TouchCloud
 from palpate.mapping.primitives import PrimitiveKind, SphereShape, fit_primitive
@@ -98,7 +97,7 @@ class ExplorationResult(ShownResult):
         point_error: Distance of each point of the cloud to the true surface, positive outside, shape (n,) [m]; NaN
             on a robot.
         assumptions: Sensor zero and contact stiffness as the run showed them.
-        tip: Agreement of the contacts with the fingertip's description; None if it could not be computed.
+        tip: Assumptions about the fingertip that the contacts contradict; None if they cannot judge.
         changes: Requested changes of live parameters, with the times at which they took effect.
         stop_reason: Reason for the end of an active exploration; None of others, or before it ended.
         shown_plans: Plans of the tip's path, each from its time on.
@@ -116,7 +115,7 @@ class ExplorationResult(ShownResult):
     map: ExploredMap | None
     point_error: FloatArray
     assumptions: AssumptionCheck
-    tip: TipCheck | None = None
+    tip: tuple[BrokenAssumption, ...] | None = None
     changes: tuple[ChangeOutcome, ...] = ()
     stop_reason: StopReason | None = None
     shown_plans: Sequence[PlanChange] = ()
@@ -210,7 +209,7 @@ class ExplorationResult(ShownResult):
     def held_motion(self) -> float | None:
         """Largest motion of a held object or tool in the fingers [m]; None if nothing is held, NaN on a robot."""
         moved = self.truth.held_position
-        if not self.plan.holding:
+        if not self.plan.fingers[1:]:
             return None
         return float(np.max(np.linalg.norm(moved - moved[:1], axis=1))) if len(moved) else float("nan")
 
@@ -232,19 +231,13 @@ def evaluate(plan: ExplorationPlan, recorded: Recorded) -> ExplorationResult:
     config, record, strategy = plan.config, recorded.record(), recorded.controller.strategy
     kept, set_force, truth = felt_in_scan(record), _set_force(plan, recorded, record), recorded.contact_truth
     force_noise, moment_noise = config.noise
-    felt = scan_contacts(
-        record,
-        plan.finger,
-        half_compliance=plan.half_compliance,
-        sensed_force=config.force,
-        force_noise=force_noise,
-    )
-    assumptions = assumption_check(record, plan.finger, stiffness=config.stiffness, kept=kept)
-    target, mapped, tip = plan.target if truth.known else None, None, None
-    if len(felt.cloud):
+    cloud, target = touch_cloud(plan, record), plan.target if truth.known else None
+    assumptions = assumption_check(record, plan.fingers[0], stiffness=config.stiffness, kept=kept)
+    mapped = tip = None
+    if len(cloud):
         budget = map_budget(
             record,
-            plan.finger,
+            plan.fingers[0],
             kept=kept,
             set_force=set_force,
             half_compliance=plan.half_compliance,
@@ -253,19 +246,18 @@ def evaluate(plan: ExplorationPlan, recorded: Recorded) -> ExplorationResult:
             tip=plan.tip_uncertainty,
             shown=assumptions.offset,
         )
-        size_sd = plan.tip_uncertainty.size_sd
-        mapped = explored_map(felt, target, plan.scan, config, budget, size_sd, recorded.progress)
-        tip = tip_check(record, plan.finger, kept, plan.tip_uncertainty, budget.aside)
+        mapped = explored_map(plan, record, cloud, target, budget, recorded.progress)
+        tip = tip_findings(record, plan.fingers[0], kept=kept, tip=plan.tip_uncertainty, place_sd=budget.aside)
     return ExplorationResult(
         plan,
         recorded.run,
         record,
         set_force,
         truth,
-        felt.cloud,
+        cloud,
         strategy.marks,
         mapped,
-        np.full(len(felt.cloud), np.nan) if target is None else target.signed_distance(felt.cloud.position),
+        np.full(len(cloud), np.nan) if target is None else target.signed_distance(cloud.position),
         assumptions,
         tip,
         recorded.change_outcomes(plan.changes(), Phase.SCAN),

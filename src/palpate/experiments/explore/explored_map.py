@@ -9,12 +9,12 @@ from scipy.spatial import KDTree
 
 from palpate.errors import FloatArray
 from palpate.estimation import Assumption, Verdict
-from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.error_budget import MapBudget
 from palpate.experiments.explore.named_shape import NamedShape, named_shape
+from palpate.experiments.explore.plan import ExplorationPlan
 from palpate.experiments.explore.reachable_surface import ReachableSurface
 from palpate.experiments.explore.scan import Scan
-from palpate.experiments.kit.recorded_run import ProgressCallback, no_progress
+from palpate.experiments.kit.recorded_run import ProgressCallback
 from palpate.mapping import (
     Knowledge,
     MapSettings,
@@ -29,7 +29,7 @@ from palpate.mapping.curvature_layers import curvature_layers
 from palpate.mapping.layers import VertexDirection, VertexLayer, vertex_layer
 from palpate.mapping.mesh_metrics import voxel_for
 from palpate.mapping.stiffness import local_stiffness, stiffness_layer
-from palpate.runtime import FingerDescription, Phase, Record, SensorFinger
+from palpate.runtime import Phase, Record, SensorFinger
 from palpate.runtime.log.standard.cloud import Cloud
 from palpate.sim import SceneObject
 
@@ -48,15 +48,8 @@ SAME_ROW_RATIO = 3.0
 THINNING_RATIO = 4.0
 """Distance of rows over the distance to which contacts are thinned."""
 
-SHAPE_CONTACTS = 400
-"""Contacts to which a shape is fitted; where rows are close, one contact every distance of rows."""
-
 MIN_SHAPE_SHARE = 0.25
 """Least observed share of the reachable area that rules out a shape: less is a run that was cut short."""
-
-MIN_SPEED_RATIO = 0.5
-"""Least speed of a friction measurement, relative to the scan's median: slower, around corners, friction may not
-be fully developed."""
 
 MAX_RELATIVE_ACCELERATION = 1.0
 """Largest change of speed per second in a friction measurement, relative to the speed: while a tip speeds up or
@@ -73,26 +66,6 @@ MIN_STIFFNESS_WINDOW = 4e-3
 
 MAX_PAUSE_S = 0.1
 """Longest pause between contacts of one stretch [s]."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ScanContacts:
-    """Contacts of a scan, n of them.
-
-    Attributes:
-        cloud: Points on the object's surface.
-        centroid: Contact centroids on the sensed fingertip, base frame, not corrected for compression, shape (n,
-            3) [m].
-        speed: Speed of the tip, shape (n,) [m/s].
-        half_compliance: Compliance of the tip's half of the contact [m/N]; the object's is equal.
-        force_noise: Standard deviation of one sample's normal force [N].
-    """
-
-    cloud: TouchCloud
-    centroid: FloatArray
-    speed: FloatArray
-    half_compliance: float
-    force_noise: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,36 +97,24 @@ def felt_in_scan(record: Record) -> npt.NDArray[np.bool_]:
     return np.asarray((record.phase == Phase.SCAN.value) & record.touching & (record.status == 0))
 
 
-def scan_contacts(
-    record: Record, finger: FingerDescription, *, half_compliance: float, sensed_force: float, force_noise: float
-) -> ScanContacts:
-    """Return the contacts of a scan.
+def touch_cloud(plan: ExplorationPlan, record: Record) -> TouchCloud:
+    """Return the points of the object's surface that a scan touched.
 
     The centroid lies in the middle of the overlap of the undeformed tip and object. The object's own half of the
-    compression, `half_compliance` times the normal force, is subtracted along the normal; so is the tip's
-    compression beyond that of its sensed surface, which is described at `sensed_force`.
-
-    Args:
-        record: Record of the run.
-        finger: Finger that felt.
-        half_compliance: Half the compression of tip and object per force [m/N].
-        sensed_force: Force of the sensed surface's description [N].
-        force_noise: Standard deviation of each force component without a sensor file [N].
+    compression is subtracted along the normal; so is the tip's compression beyond that of its sensed surface,
+    which is described at the requested force.
     """
     kept = felt_in_scan(record)
-    normal, centroid = -record.normal[kept], record.centroid[kept]
-    offset = half_compliance * (2.0 * record.normal_force[kept] - sensed_force)
-    cloud = TouchCloud(
+    normal, force = -record.normal[kept], record.normal_force[kept]
+    offset = plan.half_compliance * (2.0 * force - plan.config.force)
+    return TouchCloud(
         time=record.time[kept],
-        position=centroid + offset[:, None] * normal,
+        position=record.centroid[kept] + offset[:, None] * normal,
         normal=normal,
-        normal_force=record.normal_force[kept],
+        normal_force=force,
         tangential_force=record.tangential_force[kept],
         spin_torque=record.spin_torque[kept],
     )
-    speed = np.linalg.norm(record.velocity[kept], axis=1)
-    noise = max(finger.sensor.noise[:3]) if isinstance(finger, SensorFinger) else force_noise
-    return ScanContacts(cloud, centroid, speed, half_compliance, noise)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -198,11 +159,6 @@ class ExploredMap:
         """Assumptions of the map that the contacts contradict; a line claims no surface, only outliers count."""
         broken = self.surface.verdict.broken
         return Verdict(tuple(b for b in broken if not self.is_line or b.assumption is Assumption.NO_OUTLIERS))
-
-    @property
-    def usable(self) -> bool:
-        """Whether its band holds: it is widened for fine detail, but not for a model at a limit of its search."""
-        return not self.verdict.breaks(Assumption.WITHIN_BOUNDS)
 
     @property
     def claimed(self) -> npt.NDArray[np.bool_]:
@@ -273,11 +229,6 @@ class ExploredMap:
         return LayerSummary(median, low, high, sd, float(known.mean()))
 
     @property
-    def missed(self) -> FloatArray:
-        """Reachable samples that are not observed, shape (k, 3) [m]."""
-        return self.reachable.position[~self.found]
-
-    @property
     def cloud(self) -> Cloud | None:
         """Vertices with normals, band [m] and layers as points for viewers; None if the mesh is empty."""
         mesh = self.mesh
@@ -289,28 +240,26 @@ class ExploredMap:
 
 
 def explored_map(
-    felt: ScanContacts,
+    plan: ExplorationPlan,
+    record: Record,
+    cloud: TouchCloud,
     target: SceneObject | None,
-    scan: Scan,
-    config: ExploreConfig,
     budget: MapBudget,
-    tip_size_sd: float = 0.0,
-    progress: ProgressCallback = no_progress,
+    progress: ProgressCallback,
 ) -> ExploredMap:
     """Return the map of a scan's contacts.
 
     Args:
-        felt: Contacts of the scan.
+        plan: Plan of the run.
+        record: Record of the run.
+        cloud: Contacts of the scan, at least one; from `touch_cloud`.
         target: True object; None if unknown.
-        scan: Strategy on the object.
-        config: Request.
         budget: Error budget from `map_budget`.
-        tip_size_sd: Standard deviation of the tip's size [m].
         progress: Called with the name of each step.
     """
     progress("fitting the map")
-    cloud, line = felt.cloud, scan.kind == "contour"
-    rows = neighbour_distance(cloud, scan)
+    config, scan, line = plan.config, plan.scan, plan.scan.kind == "contour"
+    rows = _neighbour_distance(cloud, scan)
     usual = SurfaceModel()  # normals that the sensor's calibration tilts from row to row are no relief
     model = replace(usual, tilt=max(usual.tilt, budget.tilt))
     surface = SurfaceMap.learned(cloud, MapSettings.for_rows(rows, model=model, bias=budget.total))
@@ -318,18 +267,19 @@ def explored_map(
     voxel = voxel_for(cloud.position, config.map_spacing, MAX_VERTICES)
     mesh = ribbon_mesh(surface, voxel) if line else surface_mesh(surface, voxel)
     progress("friction, stiffness and curvature")
-    friction = _friction(mesh, felt, config.gap)
+    speed = np.linalg.norm(record.velocity[felt_in_scan(record)], axis=1)
+    friction = _friction(mesh, cloud, speed, config.gap)
     if config.force_swing:
-        stiffness = _stiffness(mesh, felt, surface.model, rows, config.force_period)
+        stiffness = _stiffness(mesh, plan, record, surface.model, rows)
     else:  # force errors at edges are no deliberate press: they would give a wrong stiffness
         unknown = np.full(len(mesh.vertices), math.nan)
         stiffness = VertexLayer("stiffness", unknown, unknown)
     curvature = () if line else curvature_layers(surface, mesh)
     progress("which shape it is")
-    length = len(cloud.thinned(config.gap)) * config.gap
-    apart = min(config.gap, max(length / SHAPE_CONTACTS, 1e-4))
+    # 400 contacts, or, where rows are close, one every distance of rows
+    apart = min(config.gap, max(len(cloud.thinned(config.gap)) * config.gap / 400, 1e-4))
     per_row = points_per_row(cloud.thinned(apart), scan.row, apart)
-    shape = named_shape(cloud, apart, per_row, budget, surface.model, offset_sd=tip_size_sd)
+    shape = named_shape(cloud, apart, per_row, budget, surface.model, offset_sd=plan.tip_uncertainty.size_sd)
     progress("comparing with the truth")
     error, reachable = np.full(len(mesh.vertices), math.nan), ReachableSurface.unknown()
     found = np.zeros(0, np.bool_)
@@ -342,16 +292,16 @@ def explored_map(
         else:
             found = surface.observes(reachable.position)
     return ExploredMap(
-        surface=surface,
-        mesh=mesh,
-        budget=budget,
-        friction=friction,
-        stiffness=stiffness,
-        curvature=curvature,
-        shape=shape,
-        error=error,
-        reachable=reachable,
-        found=found,
+        surface,
+        mesh,
+        budget,
+        friction,
+        stiffness,
+        curvature,
+        shape,
+        error,
+        reachable,
+        found,
         truth_known=target is not None,
     )
 
@@ -365,22 +315,22 @@ def ribbon_mesh(surface: SurfaceMap, voxel: float) -> SurfaceMesh:
     return replace(mesh, knowledge=np.full(len(mesh.vertices), Knowledge.EXTRAPOLATED, np.int8))
 
 
-def _friction(mesh: SurfaceMesh, felt: ScanContacts, rows: float) -> VertexLayer:
+def _friction(mesh: SurfaceMesh, slid: TouchCloud, speed: FloatArray, rows: float) -> VertexLayer:
     """Return tangential over normal force from sliding contacts, averaged over short stretches.
 
     Args:
         mesh: Mesh of the map.
-        felt: Contacts of the map.
+        slid: Contacts of the scan.
+        speed: Speed of the tip at each contact, shape (n,) [m/s].
         rows: Distance of rows [m].
     """
-    slid, speed = felt.cloud, felt.speed
-    if len(slid):
-        fast = ~(speed <= max(MIN_SPEED_RATIO * float(np.median(speed)), MIN_SLIDING_SPEED))
-        half = 0.5 * SPEED_WINDOW_S
-        before, after = (np.interp(slid.time + shift, slid.time, speed) for shift in (-half, half))
-        change = np.abs(after - before) / (SPEED_WINDOW_S * np.maximum(speed, MIN_SLIDING_SPEED))
-        steady = fast & (change <= MAX_RELATIVE_ACCELERATION)
-        slid = slid.select(steady if steady.any() else fast)
+    # slower, around corners, friction may not be fully developed
+    fast = ~(speed <= max(0.5 * float(np.median(speed)), MIN_SLIDING_SPEED))
+    half = 0.5 * SPEED_WINDOW_S
+    before, after = (np.interp(slid.time + shift, slid.time, speed) for shift in (-half, half))
+    change = np.abs(after - before) / (SPEED_WINDOW_S * np.maximum(speed, MIN_SLIDING_SPEED))
+    steady = fast & (change <= MAX_RELATIVE_ACCELERATION)
+    slid = slid.select(steady if steady.any() else fast)
     ratio = np.linalg.norm(slid.tangential_force, axis=1) / slid.normal_force
     starts = stretch_starts(slid.time, slid.position, slid.normal, rows / THINNING_RATIO, MAX_PAUSE_S)
     position, value = (stretch_means(each, starts) for each in (slid.position, ratio))
@@ -388,35 +338,36 @@ def _friction(mesh: SurfaceMesh, felt: ScanContacts, rows: float) -> VertexLayer
 
 
 def _stiffness(
-    mesh: SurfaceMesh, felt: ScanContacts, model: SurfaceModel, rows: float, swing: float
+    mesh: SurfaceMesh, plan: ExplorationPlan, record: Record, model: SurfaceModel, rows: float
 ) -> VertexLayer:
     """Return the stiffness of the object alone [N/m]; unknown where the force did not vary.
 
     Args:
         mesh: Mesh of the map.
-        felt: Contacts of the map.
+        plan: Plan of the run.
+        record: Record of the run.
         model: Noise of contacts by the map.
         rows: Distance of rows, or of taps, on the surface [m].
-        swing: Period of the force's sine [s].
     """
-    cloud = felt.cloud
+    kept, finger = felt_in_scan(record), plan.fingers[0]
+    speed = np.linalg.norm(record.velocity[kept], axis=1)
     # over a whole swing: drift, such as normals tilted by a sensor's cross-talk, is not mistaken for compression
-    window = max(MIN_STIFFNESS_WINDOW, swing * float(np.median(felt.speed)) if len(cloud) else 0.0)
+    window = max(MIN_STIFFNESS_WINDOW, plan.config.force_period * float(np.median(speed)))
     found = local_stiffness(
-        cloud.time,
-        felt.centroid,
-        cloud.normal,
-        cloud.normal_force,
+        record.time[kept],
+        record.centroid[kept],
+        -record.normal[kept],
+        record.normal_force[kept],
         noise=model,
         window=window,
-        force_noise=felt.force_noise,
-        known_compliance=felt.half_compliance,
+        force_noise=max(finger.sensor.noise[:3]) if isinstance(finger, SensorFinger) else plan.config.noise[0],
+        known_compliance=plan.half_compliance,
     )
     # windows overlap by halves: along the path the nearest is a quarter of one away at most
     return stiffness_layer(found, mesh.vertices, math.hypot(0.25 * window, rows))
 
 
-def neighbour_distance(cloud: TouchCloud, scan: Scan) -> float:
+def _neighbour_distance(cloud: TouchCloud, scan: Scan) -> float:
     """Return the distance on the surface of the rows or taps that make a map [m].
 
     A contour is one line: its map is a ribbon, as wide as that of one row of many.

@@ -8,7 +8,7 @@ from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.heights_file import heights_text, load_heights, read_heights_text
 from palpate.experiments.explore.objects import ObjectName
-from palpate.experiments.kit.scene_texts import scene_in, scene_texts
+from palpate.experiments.kit.scene import attached_scene, scene_attachments
 from palpate.sim import (
     Box,
     ConvexMesh,
@@ -38,17 +38,17 @@ SPHERES_ONLY: tuple[ObjectName, ...] = ("torus", "bumps", "height-field")
 """Objects of which a simulation knows where a sphere touches, and no other tip."""
 
 
-def object_of(config: ExploreConfig, texts: Mapping[str, str]) -> SceneObject | SceneTarget:
+def object_of(config: ExploreConfig, attachments: Mapping[str, str]) -> SceneObject | SceneTarget:
     """Return the object that a configuration asks for, from its file or, for an earlier run, from its log.
 
     Args:
         config: Complete, as plans have it.
-        texts: By file name, as `object_texts` wrote them; empty to read the file.
+        attachments: By file name, as `object_texts` wrote them; empty to read the file.
 
     Raises:
-        InvalidValueError: There is no such object, or its geometry is not among the texts.
+        InvalidValueError: There is no such object, or its geometry is not among the attachments.
     """
-    return scene_object(config) if config.file is None or not texts else _object_in(texts, config)
+    return scene_object(config) if config.file is None or not attachments else _object_in(attachments, config)
 
 
 def scene_object(config: ExploreConfig) -> SceneObject | SceneTarget:
@@ -103,19 +103,19 @@ def object_texts(target: SceneObject | Target, config: ExploreConfig) -> dict[st
     if isinstance(target, TracedMesh | ConvexMesh):
         return {MESH_TEXT: _off(target.triangles)}
     if isinstance(target, SceneTarget):
-        return scene_texts(target.file)
+        return scene_attachments(target.file)
     raise TypeError(f"a {type(target).__name__} comes from no file")
 
 
-def _object_in(texts: Mapping[str, str], config: ExploreConfig) -> SceneObject | SceneTarget:
+def _object_in(attachments: Mapping[str, str], config: ExploreConfig) -> SceneObject | SceneTarget:
     if config.object == "scene":
-        return _touched(scene_in(texts, FrozenScene), config)
+        return _touched(attached_scene(attachments, FrozenScene), config)
     name = MESH_TEXT if config.object == "mesh" else HEIGHTS_TEXT
-    if name not in texts:
-        raise InvalidValueError(f"{name!r} is missing: there are {', '.join(texts) or 'no files'}")
+    if name not in attachments:
+        raise InvalidValueError(f"{name!r} is missing: there are {', '.join(attachments) or 'no files'}")
     if name == HEIGHTS_TEXT:
-        return read_heights_text(texts[name], name)
-    return _mesh(_read_off(texts[name]), config)
+        return read_heights_text(attachments[name], name)
+    return _mesh(_read_off(attachments[name]), config)
 
 
 def object_line(target: SceneObject | Target, config: ExploreConfig) -> str:

@@ -54,7 +54,7 @@ def _events(result: "ExplorationResult") -> set[str]:
 
 
 def _changes(result: "ExplorationResult") -> str:
-    from palpate.experiments.kit.change_outcome import change_sentences
+    from palpate.experiments.kit.recorded_run import change_sentences
 
     return " ".join(change_sentences(result.changes, result.run.duration, "the sweep began"))
 
@@ -96,7 +96,7 @@ FINDINGS = (
     Finding(lambda result: result.assumptions.stiffness_differs, _stiffness),
     Finding(
         lambda result: result.tip,
-        lambda result: " ".join(f"Of the fingertip it is {each}." for each in result.tip.broken()),
+        lambda result: " ".join(f"Of the fingertip it is {each}." for each in result.tip),
     ),
     Finding(
         lambda result: result.map,

@@ -21,18 +21,6 @@ from palpate.runtime.shown_plan import PlanChange, ShownMark
 PATH_SHARES = (0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
 """Shares of the path length at which the map is made."""
 
-MAX_SNAPSHOT_VERTICES = 3_000
-"""Largest number of vertices of a mesh: some eight are in one figure."""
-
-MAX_CONTACTS = 20_000
-"""Largest number of contacts: the map averages over a millimetre, fifty times their distance."""
-
-COLOUR_PERCENT = 98.0
-"""Percentile of the standard deviations of all vertices at which the common scale of colours ends."""
-
-MAX_PATH_POINTS = 1500
-"""Points of a path in a figure: more than pixels can resolve."""
-
 CM2_PER_M2 = 1e4
 
 
@@ -80,7 +68,7 @@ class MapGrowth:
         """Standard deviation that 98 % of all vertices stay below [m]."""
         found = np.concatenate([np.zeros(0), *(each.mesh.sd for each in self.snapshots)])
         found = found[np.isfinite(found)]
-        return float(np.percentile(found, COLOUR_PERCENT)) if len(found) else 0.0
+        return float(np.percentile(found, 98.0)) if len(found) else 0.0
 
 
 def map_growth(
@@ -108,9 +96,9 @@ def map_growth(
         return None
     path = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(record.position, axis=0), axis=1))])
     until = record.time[np.minimum(np.searchsorted(path, np.array(PATH_SHARES) * path[-1]), len(path) - 1)]
-    step = -(-len(cloud) // MAX_CONTACTS)
+    step = -(-len(cloud) // 20_000)  # the map averages over a millimetre, fifty times their distance
     thin = cloud if step == 1 else cloud.select(np.arange(len(cloud)) % step == 0)
-    voxel = voxel_for(thin.position, finest, MAX_SNAPSHOT_VERTICES)
+    voxel = voxel_for(thin.position, finest, 3_000)  # some eight meshes are in one figure
     surface = SurfaceMap(learned.settings, learned.model)
     meshes: list[SurfaceMesh] = []
     index, taken = np.arange(len(thin)), 0
@@ -243,5 +231,6 @@ def _drawn(growth: MapGrowth, each: GrowthSnapshot) -> tuple[Surface | Polyline 
 
 
 def _thinned(points: FloatArray) -> FloatArray:
-    kept = np.unique(np.linspace(0, len(points) - 1, min(MAX_PATH_POINTS, len(points))).round().astype(np.intp))
+    """Return at most 1500 points: more than pixels can resolve."""
+    kept = np.unique(np.linspace(0, len(points) - 1, min(1500, len(points))).round().astype(np.intp))
     return points[kept]

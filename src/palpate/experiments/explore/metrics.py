@@ -145,9 +145,7 @@ METRICS = (
         "tip_broken",
         "broken assumptions of the tip",
         "",
-        lambda result: (
-            None if result.tip is None else ", ".join(each.assumption.name for each in result.tip.broken())
-        ),
+        lambda result: None if result.tip is None else ", ".join(each.assumption.name for each in result.tip),
         in_table=False,
     ),
     Metric("observed_share", "observed of the reachable", "", _observed, "%", note=_reachable),

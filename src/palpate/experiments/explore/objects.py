@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError, positive
-from palpate.experiments.kit.config_checks import check_length, spaced
+from palpate.experiments.kit.checks import check_length, spaced
 
 ObjectName = Literal["sphere", "ellipsoid", "box", "cylinder", "torus", "bumps", "mesh", "height-field", "scene"]
 

@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.controllers.paths import Mark
 from palpate.errors import FloatArray
-from palpate.experiments.explore.config import ExploreConfig
+from palpate.estimation import Assumption
 from palpate.experiments.explore.exploration import ExplorationResult, marks_text, missed_marks
 from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.explored_object import object_line
@@ -16,44 +16,35 @@ from palpate.experiments.explore.findings import explored_enough
 from palpate.experiments.explore.map_growth import growth_figure, snapshots_figure
 from palpate.experiments.explore.surface_figure import MICRO, MILLI, contour_figure, surface_figure
 from palpate.experiments.explore.tables import candidate_rows, layer_rows, map_rows, shape_rows, shape_sentence
-from palpate.experiments.kit.change_outcome import change_rows
 from palpate.experiments.kit.metric import NOT_KNOWN
-from palpate.experiments.kit.recorded_series import recorded_series
-from palpate.experiments.kit.repeat_words import log_row
-from palpate.experiments.kit.run_report import report_of
+from palpate.experiments.kit.recorded_periods import recorded_series
+from palpate.experiments.kit.recorded_run import change_rows
+from palpate.experiments.kit.run_report import log_row, report_of
 from palpate.mapping import TouchCloud
 from palpate.reporting.data import Quantity, TimeSeries
 from palpate.reporting.figure import TIME, Axis, Figure, Panel
 from palpate.reporting.marks import Bars, Line, Rule, unnamed
-from palpate.reporting.report import Figures, Paragraph, QuantityTable, Report, Section, TextTable
+from palpate.reporting.report import Figures, FigureSource, Paragraph, QuantityTable, Report, Section, TextTable
 from palpate.reporting.run_figures import force_overview, force_zoom, phase_spans, true_and_felt
-from palpate.robots.known_truth import cost_row
+from palpate.robots.known_truth import cost_of, cost_row
 from palpate.runtime import Ending
-from palpate.sim.scene_cost import scene_cost
 
 if TYPE_CHECKING:
     from palpate.experiments.explore.experiment import Explore
-
-MAX_GAP_PERIODS = 5.0
-"""Distance of contacts at which the line of the ratio breaks, in median periods."""
-
-MIN_FORCE_SHARE = 0.1
-"""Least normal force of a ratio, relative to the median: while landing and lifting the ratio is noise over noise,
-and would set the scale."""
 
 MIN_SPIN_SPAN = 0.01
 """Least span of the scale of torque to either side [mN m]; fine sensors resolve no less (ATI Nano17 SI-12-0.12:
 1/64 mN m)."""
 
-MIN_OUTSIDE_ERROR = 2e-6
-"""Point error above which the caption names the artefact of simulated friction [m]."""
-
 
 def exploration_report(experiment: "Explore", result: ExplorationResult) -> Report:
     """Return the report on an exploration."""
     config, found = result.config, result.map
+    surface = contour_figure if result.plan.scan.kind == "contour" else surface_figure
     nothing = "" if len(result.cloud) else "The finger felt nothing, so there is no surface to show."
     run = result.run
+    # the band is widened for fine detail, but not for a model at a limit of its search
+    within_bounds = found is None or not found.verdict.breaks(Assumption.WITHIN_BOUNDS)
     speed = (
         Quantity("real-time factor", run.real_time_factor, "", f"control at {1 / run.timing.period:g} Hz"),
         Quantity("sensing and control, median", MICRO * run.timing.compute_spread.p50, "µs", "per period"),
@@ -64,7 +55,7 @@ def exploration_report(experiment: "Explore", result: ExplorationResult) -> Repo
         title=f"Exploration of {config.thing} by touch",
         outcome=_outcome(result),
         sections=(
-            Section("The surface", (Paragraph(nothing), Figures(lambda: _surface_figures(result)))),
+            Section("The surface", (Paragraph(nothing), Figures(lambda: (surface(result),)))),
             *(() if found is None else _map_sections(result, found)),
             Section("Errors of single points", (Figures(lambda: _error_figures(result)),)),
             Section("Over time", (QuantityTable(speed), Figures(lambda: _time_figures(result)))),
@@ -75,7 +66,7 @@ def exploration_report(experiment: "Explore", result: ExplorationResult) -> Repo
         ),
         settings=settings(result),
         footer="Lengths and forces in the robot's base frame.",
-        reached=run.ending is Ending.DONE and (found is None or found.usable) and explored_enough(result),
+        reached=run.ending is Ending.DONE and within_bounds and explored_enough(result),
     )
 
 
@@ -86,20 +77,16 @@ def _outcome(result: ExplorationResult) -> str:
     felt = f"{len(result.cloud)} contacts{f' over {share} of what could be felt' if share else ''}"
     if run.ending is Ending.DONE:
         why = "" if result.stop_reason is None else f"; {result.stop_reason.value}"
-        return f"Finished: {felt} in {run.duration:.1f} s{_missed(missed_marks(result.marks))}{why}; {run.rest}."
+        left = missed_marks(result.marks)
+        places = "one place" if len(left) == 1 else f"{len(left)} places"
+        missed = f", but {places} could not be felt ({marks_text(left)})" if left else ""
+        return f"Finished: {felt} in {run.duration:.1f} s{missed}{why}; {run.rest}."
     if run.ending is Ending.TRIPPED:
         return f"Stopped by the supervisor: {run.why}; {run.rest}. Until then {felt}."
     nothing = ", nothing was met" if run.ending is Ending.LOST and not len(result.cloud) else ""
     marked = f"; marked: {marks_text(result.marks)}" if result.marks else ""
     found = f" and {felt}" if len(result.cloud) else ""
     return f"Not finished ({run.ending.value}{nothing}{marked}) after {run.duration:.1f} s{found}; {run.rest}."
-
-
-def _missed(marks: tuple[Mark, ...]) -> str:
-    if not marks:
-        return ""
-    places = "one place" if len(marks) == 1 else f"{len(marks)} places"
-    return f", but {places} could not be felt ({marks_text(marks)})"
 
 
 def _map_sections(result: ExplorationResult, found: ExploredMap) -> Iterator[Section]:
@@ -115,16 +102,12 @@ def _map_sections(result: ExplorationResult, found: ExploredMap) -> Iterator[Sec
         yield Section("Which shape it is", (sentence, TextTable(shape_rows(found.shape)), candidates))
 
 
-def _surface_figures(result: ExplorationResult) -> Iterator[Figure | None]:
-    yield contour_figure(result) if result.plan.scan.kind == "contour" else surface_figure(result)
-
-
-def _growth_figures(result: ExplorationResult) -> Iterator[Figure]:
+def _growth_figures(result: ExplorationResult) -> Iterator[FigureSource]:
     growth = result.growth
+    if growth is not None and growth.area.any():
+        yield partial(growth_figure, growth)
     if growth is not None:
-        if growth.area.any():
-            yield growth_figure(growth)
-        yield snapshots_figure(growth)
+        yield partial(snapshots_figure, growth)
 
 
 def _error_figures(result: ExplorationResult) -> Iterator[Figure]:
@@ -137,7 +120,7 @@ def _error_figures(result: ExplorationResult) -> Iterator[Figure]:
     artefact = (
         " Where the finger accelerates, as at corners, points come out outside: MuJoCo's friction adds to the "
         "normal force, an artefact of the simulated contact, not of touch."
-        if result.point_error.max() > MIN_OUTSIDE_ERROR
+        if result.point_error.max() > 2e-6
         else ""
     )
     bars = (Bars.histogram(error), Rule(0.0))
@@ -151,7 +134,7 @@ def _error_figures(result: ExplorationResult) -> Iterator[Figure]:
     )
 
 
-def _time_figures(result: ExplorationResult) -> Iterator[Figure | None]:
+def _time_figures(result: ExplorationResult) -> Iterator[FigureSource]:
     record, truth = result.record, result.truth
     series = recorded_series(
         record,
@@ -160,9 +143,9 @@ def _time_figures(result: ExplorationResult) -> Iterator[Figure | None]:
         true_spin_torque=np.where(truth.touching, result.true_spin_torque, np.nan) if truth.known else None,
     )
     if series.phase:
-        yield force_overview(series)
-        yield force_zoom(series)
-        yield spin_figure(series, result.cloud)
+        yield partial(force_overview, series)
+        yield partial(force_zoom, series)
+        yield partial(spin_figure, series, result.cloud)
 
 
 def spin_figure(series: TimeSeries, cloud: TouchCloud) -> Figure:
@@ -191,25 +174,27 @@ def _force_ratio(cloud: TouchCloud) -> tuple[FloatArray, FloatArray]:
     """Return time and |tangential| / normal force, with a NaN in each gap to break the line."""
     if not len(cloud):
         return cloud.time, cloud.time
-    pushing = cloud.normal_force > MIN_FORCE_SHARE * max(float(np.median(cloud.normal_force)), 0.0)
+    # while landing and lifting the ratio is noise over noise, and would set the scale
+    pushing = cloud.normal_force > 0.1 * max(float(np.median(cloud.normal_force)), 0.0)
     time = cloud.time[pushing]
     ratio = np.linalg.norm(cloud.tangential_force[pushing], axis=1) / cloud.normal_force[pushing]
     steps = np.diff(time)
     if len(steps) == 0:
         return time, ratio
-    gaps = np.flatnonzero(steps > MAX_GAP_PERIODS * np.median(steps)) + 1
+    gaps = np.flatnonzero(steps > 5.0 * np.median(steps)) + 1
     return np.insert(time, gaps, time[gaps - 1]), np.insert(ratio, gaps, np.nan)
 
 
 def settings(result: ExplorationResult) -> tuple[tuple[str, str], ...]:
     """Return the request with units, and the gain that followed from it."""
-    config, known, scene = result.config, result.truth.known, result.plan.scene
+    config, known = result.config, result.truth.known
     friction = f"{config.friction:g}, {MILLI * config.spin_length:g} mm" if known else NOT_KNOWN
     force_noise, moment_noise = config.noise
+    swing = f", ± {config.force_swing:g} N as a sine of {config.force_period:g} s" if config.force_swing else ""
     return (
-        ("object", object_line(result.plan.task.target, config)),
+        ("object", object_line(result.plan.setup.task.target, config)),
         ("fingertip", f"{' x '.join(f'{MILLI * s:g}' for s in config.tip)} mm"),
-        ("normal force", f"{config.force:g} N{_swing(config)}"),
+        ("normal force", f"{config.force:g} N{swing}"),
         ("speed along the surface", f"{MILLI * config.speed:g} mm/s"),
         ("a wall in its path", str(result.plan.wall)),
         (config.strategy, result.plan.scan.line),
@@ -217,16 +202,12 @@ def settings(result: ExplorationResult) -> tuple[tuple[str, str], ...]:
         (f"contact stiffness, {'simulated and ' if known else ''}assumed", f"{config.stiffness / 1e3:g} kN/m"),
         ("sensor noise", f"{MILLI * force_noise:g} mN, {MILLI * moment_noise:g} mN m, seed {config.seed}"),
         ("robot", config.robot),
-        *cost_row(None if scene is None else scene_cost(scene.model)),
+        *cost_row(cost_of(result.plan.ready.backend)),
         ("control period", f"{MILLI * result.run.timing.period:g} ms"),
         *_force_law(result),
         *change_rows(result.changes),
         *log_row(result.run),
     )
-
-
-def _swing(config: ExploreConfig) -> str:
-    return f", ± {config.force_swing:g} N as a sine of {config.force_period:g} s" if config.force_swing else ""
 
 
 def _force_law(result: ExplorationResult) -> tuple[tuple[str, str], ...]:

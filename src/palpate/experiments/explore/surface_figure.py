@@ -2,19 +2,20 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.controllers.paths import PathEvent
+from palpate.controllers.paths import Mark, PathEvent
 from palpate.errors import FloatArray
 from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.mapping import HeightMap, TouchCloud, height_map_triangles
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.figure import Axis, Figure, Panel, Space
-from palpate.reporting.marks import Colouring, ColourScale, Line, Mark, Points, Rule, Symbol
+from palpate.reporting.marks import Colouring, ColourScale, Line, Points, Rule, Symbol
 from palpate.reporting.solids import Polyline, Solid, Spots, Surface
 from palpate.runtime.palette import FELT, QUIET_COLOUR, SIDE_BY_SIDE, TRACK, TRUTH, Colour
+from palpate.runtime.shown_plan import ShownMark
 from palpate.spatial import Vector
 
 if TYPE_CHECKING:
@@ -39,32 +40,7 @@ MIN_ERROR_SPAN = 1e-3
 MAX_PATH_POINTS = 4000
 """Points of a path: more than pixels can resolve."""
 
-GAP_RATIO, MIN_GAP_SHARE = 4.0, 0.02
-"""The path is broken where neighbours are further apart than this many median distances, and than this share of
-the extent."""
-
-PATH_LIFT = 0.003
-"""Distance of the path outside the surface, relative to the extent: without it either would cover the other."""
-
-MAX_MISSED_SPOTS = 2000
-"""Spots of places that were not observed: more cover each other."""
-
 MISSED = "could be felt, is not observed"
-
-TRUE_GRID_LINES = 81
-"""Grid lines of the true surface along each side."""
-
-TRUE_MARGIN = 0.05
-"""Margin of the true surface around the touched region, relative to its extent."""
-
-EVENT_COLOURS = SIDE_BY_SIDE[2:]
-"""Colours of events: neither that of the contacts nor that of the truth."""
-
-EVENT_SYMBOLS = (Symbol.DOT, Symbol.SQUARE, Symbol.DIAMOND, Symbol.PLUS, Symbol.CROSS)
-"""Symbols of events that exist in space, too."""
-
-EVENT_SIZE = 8.0
-"""Size of a mark [px]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,21 +133,7 @@ def layer_colouring(layer: VertexLayer) -> Colouring | None:
     return Colouring(look.quantity, value, look.unit, low, high)
 
 
-class Marked(Protocol):
-    """A place with an event."""
-
-    @property
-    def event(self) -> str:
-        """Name of the event."""
-        ...
-
-    @property
-    def position(self) -> Vector:
-        """Position of the event, base frame [m]."""
-        ...
-
-
-def places_by_event(marks: Sequence[Marked]) -> Mapping[str, FloatArray]:
+def places_by_event(marks: Sequence[Mark | ShownMark]) -> Mapping[str, FloatArray]:
     """Return the places of each event, in the order of their first occurrence, shapes (n, 3) [m]."""
     found: dict[str, list[Vector]] = {}
     for mark in marks:
@@ -180,12 +142,14 @@ def places_by_event(marks: Sequence[Marked]) -> Mapping[str, FloatArray]:
 
 
 def event_look(event: str) -> tuple[Colour, float, Symbol]:
-    """Return colour, size and symbol of an event, alike in all figures."""
+    """Return colour, size [px] and symbol of an event, alike in all figures."""
     number = list(PathEvent).index(PathEvent(event))
-    return EVENT_COLOURS[number % len(EVENT_COLOURS)], EVENT_SIZE, EVENT_SYMBOLS[number % len(EVENT_SYMBOLS)]
+    colours = SIDE_BY_SIDE[2:]  # neither that of the contacts nor that of the truth
+    symbols = (Symbol.DOT, Symbol.SQUARE, Symbol.DIAMOND, Symbol.PLUS, Symbol.CROSS)  # those that exist in space
+    return colours[number % len(colours)], 8.0, symbols[number % len(symbols)]
 
 
-def event_spots(marks: Sequence[Marked]) -> tuple[Spots, ...]:
+def event_spots(marks: Sequence[Mark | ShownMark]) -> tuple[Spots, ...]:
     """Return the marks in space, named by their events."""
     return tuple(
         Spots(places, event, *event_look(event), texts=(event,) * len(places))
@@ -193,27 +157,19 @@ def event_spots(marks: Sequence[Marked]) -> tuple[Spots, ...]:
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FeltPath:
-    """A path with NaN in each gap.
-
-    Attributes:
-        points: Points of the path, shape (n, 3) [m].
-        error: Error of largest size around each point, shape (n,) [m].
-    """
-
-    points: FloatArray
-    error: FloatArray
-
-
-def felt_path(cloud: TouchCloud, error: FloatArray, *, lift: float = PATH_LIFT, dots: bool = False) -> FeltPath:
-    """Return the means of at most `MAX_PATH_POINTS` stretches of contacts, each with the largest of their errors.
+def felt_path(
+    cloud: TouchCloud, error: FloatArray, *, lift: float = 0.003, dots: bool = False
+) -> tuple[FloatArray, FloatArray]:
+    """Return a path of at most `MAX_PATH_POINTS` contacts, and the largest error around each point.
 
     Args:
         cloud: At least one contact.
         error: Error of each contact, shape (n,) [m]; NaN where unknown.
-        lift: Distance outside the surface, relative to the extent.
+        lift: Distance outside the surface, relative to the extent: without it either would cover the other.
         dots: Whether single points are drawn, which need no gaps.
+
+    Returns:
+        Points, shape (m, 3) [m], and errors, shape (m,) [m], with NaN in each gap.
     """
     starts = np.arange(0, len(cloud), -(-len(cloud) // MAX_PATH_POINTS))
     count = np.diff(starts, append=len(cloud))[:, np.newaxis]
@@ -224,9 +180,9 @@ def felt_path(cloud: TouchCloud, error: FloatArray, *, lift: float = PATH_LIFT, 
     points = position + lift * extent * normal
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     if dots or not len(steps):
-        return FeltPath(points, largest)
-    gaps = np.flatnonzero(steps > max(GAP_RATIO * float(np.median(steps)), MIN_GAP_SHARE * extent)) + 1
-    return FeltPath(np.insert(points, gaps, np.nan, axis=0), np.insert(largest, gaps, np.nan))
+        return points, largest
+    gaps = np.flatnonzero(steps > max(4.0 * float(np.median(steps)), 0.02 * extent)) + 1
+    return np.insert(points, gaps, np.nan, axis=0), np.insert(largest, gaps, np.nan)
 
 
 def surface_figure(result: "ExplorationResult") -> Figure | None:
@@ -235,44 +191,42 @@ def surface_figure(result: "ExplorationResult") -> Figure | None:
         return None
     found, known = result.claimed_map, result.truth.known
     tapped = result.plan.scan.kind == "taps"
-    path = felt_path(result.cloud, result.point_error, dots=found is None or tapped)
-    errors = (error_colouring(ERROR_OF_POINTS, path.error),) if known else ()
+    points, error = felt_path(result.cloud, result.point_error, dots=found is None or tapped)
+    errors = (error_colouring(ERROR_OF_POINTS, error),) if known else ()
     solids: list[Solid] = []
     if found is None:
-        solids.append(Spots(path.points, "contacts", size=3.0,
-                            colourings=(height_colouring(path.points), *errors)))  # fmt: skip
+        heights = height_colouring(points)
+        solids.append(Spots(points, "contacts", size=3.0, colourings=(heights, *errors)))
         size = f" They are off by {np.nanmax(np.abs(errors[0].values)):.3g} µm at most." if errors else ""
         caption = f"Touched points: there are too few, or too far apart, for a surface.{size}"
     else:
         solids.append(Surface(found.mesh.vertices, found.mesh.triangles, "map", map_colourings(found)))
-        places = _missed(found)
-        if len(places):
-            solids.append(Spots(places, MISSED, TRUTH, 2.5, Symbol.DIAMOND))
+        missed = _missed(found)
+        if len(missed):
+            solids.append(Spots(missed, MISSED, TRUTH, 2.5, Symbol.DIAMOND))
         if tapped:
-            solids.append(Spots(path.points, "contacts", TRACK, 3.0, colourings=errors))
+            solids.append(Spots(points, "contacts", TRACK, 3.0, colourings=errors))
         else:
-            solids.append(Polyline(path.points, "path of the finger", width=2.5, colourings=errors))
+            solids.append(Polyline(points, "path of the finger", width=2.5, colourings=errors))
         caption = _map_caption(found)
     solids += [*event_spots(result.marks), *([_true_surface(result)] if known else [])]
-    return Figure(
-        title="Touched surface",
-        caption=caption,
-        panels=(Space(tuple(solids), height=620),),
-        wide=True,
-    )
+    return Figure("Touched surface", caption, (Space(tuple(solids), height=620),), wide=True)
 
 
 def _missed(found: ExploredMap | None) -> FloatArray:
-    """Return about `MAX_MISSED_SPOTS` places at most that could be felt and are not observed, shape (n, 3) [m]."""
-    return np.zeros((0, 3)) if found is None else found.missed[:: -(-len(found.missed) // MAX_MISSED_SPOTS) or 1]
+    """Return about 2000 places at most that could be felt and are not observed, shape (n, 3) [m]."""
+    if found is None:
+        return np.zeros((0, 3))
+    missed = found.reachable.position[~found.found]
+    return missed[:: -(-len(missed) // 2000) or 1]
 
 
 def _true_surface(result: "ExplorationResult") -> Surface:
     """Return the true upper surface over the touched region and its margin."""
     touched = result.cloud.position
-    room = max(TRUE_MARGIN * float(np.ptp(touched, axis=0).max()), 1e-4)
+    room = max(0.05 * float(np.ptp(touched, axis=0).max()), 1e-4)
     low, high = touched.min(axis=0) - room, touched.max(axis=0) + room
-    x, y = (np.linspace(low[i], high[i], TRUE_GRID_LINES) for i in (0, 1))
+    x, y = (np.linspace(low[i], high[i], 81) for i in (0, 1))
     z: FloatArray = result.plan.target.height(*np.meshgrid(x, y))
     vertices, triangles = height_map_triangles(HeightMap(x, y, z, np.zeros_like(z), 0.0))
     height = vertices[triangles, 2].mean(axis=1)
@@ -300,19 +254,19 @@ def contour_figure(result: "ExplorationResult") -> Figure | None:
     """
     if not len(result.cloud):
         return None
-    path = felt_path(result.cloud, result.point_error, lift=0.0)
-    steps = np.linalg.norm(np.diff(path.points, axis=0, prepend=path.points[:1]), axis=1)
+    points, path_error = felt_path(result.cloud, result.point_error, lift=0.0)
+    steps = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
     arc = np.where(np.isfinite(steps), np.nancumsum(steps), np.nan)
-    outline = _outline(result, path.points)
+    outline = _outline(result, points)
     panels = [Panel(outline, Axis("x", "mm"), Axis("y", "mm"), equal=True, height=460)]
     size = ""
     if result.truth.known:
-        error = Line(MILLI * arc, MICRO * path.error, colour=FELT, width=1.2)
+        error = Line(MILLI * arc, MICRO * path_error, colour=FELT, width=1.2)
         zero = Rule(0.0, colour=QUIET_COLOUR, upright=False)
         marks = []
         for event, places in places_by_event(result.marks).items():
-            nearest = [int(np.nanargmin(np.linalg.norm(path.points - place, axis=1))) for place in places]
-            x, y = MILLI * arc[nearest], MICRO * path.error[nearest]
+            nearest = [int(np.nanargmin(np.linalg.norm(points - place, axis=1))) for place in places]
+            x, y = MILLI * arc[nearest], MICRO * path_error[nearest]
             marks.append(Points(x, y, "", *event_look(event), texts=(event,) * len(places)))
         along = Axis("arc length along what was felt", "mm")
         panels.append(Panel((zero, error, *marks), along, Axis("error", "µm", span=0.5), height=460))
@@ -334,11 +288,11 @@ def contour_figure(result: "ExplorationResult") -> Figure | None:
     )
 
 
-def _outline(result: "ExplorationResult", points: FloatArray) -> tuple[Mark, ...]:
-    cloud, marks = result.cloud, list[Mark]()
+def _outline(result: "ExplorationResult", points: FloatArray) -> tuple[Line | Points, ...]:
+    cloud, marks = result.cloud, list[Line | Points]()
     if result.truth.known:
         on_surface = replace(cloud, position=cloud.position - result.point_error[:, None] * cloud.normal)
-        true = felt_path(on_surface, result.point_error, lift=0.0).points
+        true, _ = felt_path(on_surface, result.point_error, lift=0.0)
         marks.append(Line(MILLI * true[:, 0], MILLI * true[:, 1], "true", TRUTH, width=5.0, opacity=0.55))
     marks.append(Line(MILLI * points[:, 0], MILLI * points[:, 1], "felt", FELT, width=1.6))
     left = MILLI * _missed(result.map)

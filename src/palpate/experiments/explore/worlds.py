@@ -54,7 +54,7 @@ class ExploredWorlds:
         parameters = planned.parameters
         return World(
             planned.backend(),
-            planned.finger,
+            planned.fingers[0],
             planned.limits,
             approach=scale(-parameters.landing_speed, planned.plane.axis),
             farthest=parameters.approach_distance,

@@ -6,14 +6,15 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.config_checks import (
+from palpate.experiments.kit.checks import (
+    MAX_FORCE,
+    check_force_noise,
     check_friction,
     check_period,
     check_size,
     check_spin_length,
     check_tip,
 )
-from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
 from palpate.experiments.kit.options import NOISY, PERIODIC, TOUCHED, check_options, option
 from palpate.friction.limit_surface import LimitSurface
 
@@ -199,8 +200,8 @@ class FrictionConfig:
         if list(self.loads) != sorted(set(self.loads)):
             loads = " ".join(f"{load:g}" for load in self.loads)
             raise InvalidValueError(f"loads = {loads}: must rise, each above the one before")
-        if self.loads[-1] > MOST_FORCE:
-            raise InvalidValueError(f"loads = {self.loads[-1]:g} N: must be at most {MOST_FORCE:g} N")
+        if self.loads[-1] > MAX_FORCE:
+            raise InvalidValueError(f"loads = {self.loads[-1]:g} N: must be at most {MAX_FORCE:g} N")
         if self.fit_exponents and self.loads[-1] < 2.0 * self.loads[0]:
             raise InvalidValueError(
                 f"loads from {self.loads[0]:g} to {self.loads[-1]:g} N: for --fit-exponents the largest must be "

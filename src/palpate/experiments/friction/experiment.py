@@ -23,12 +23,14 @@ class FindFriction(ExperimentDefaults):
     Config = FrictionConfig
     metrics = METRICS
 
-    def plan(self, config: FrictionConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "FrictionPlan":
+    def plan(
+        self, config: FrictionConfig, robot: "Robot | None", attachments: Mapping[str, str]
+    ) -> "FrictionPlan":
         """Check and build everything; see `Experiment`."""
         from palpate.experiments.friction.plan import plan
 
         assert robot is not None  # config.robot names one
-        return plan(config, robot, texts)
+        return plan(config, robot, attachments)
 
     def evaluate(self, plan: "FrictionPlan", recorded: "Recorded") -> "FrictionResult":
         """Return what the strokes tell; see `Experiment`."""

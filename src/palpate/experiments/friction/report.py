@@ -22,9 +22,9 @@ from palpate.experiments.friction.slip_points import slip_points
 from palpate.experiments.friction.stroke_curves import stroke_curves
 from palpate.experiments.friction.summary import measured_lengths
 from palpate.experiments.friction.words import outcome, settings
-from palpate.experiments.kit.recorded_series import recorded_series
+from palpate.experiments.kit.recorded_periods import recorded_series
 from palpate.reporting.figure import Figure
-from palpate.reporting.report import Figures, Report, Section, TextTable
+from palpate.reporting.report import Figures, FigureSource, Report, Section, TextTable
 from palpate.reporting.run_figures import computing, force_overview
 from palpate.runtime import Ending
 
@@ -97,14 +97,14 @@ def _advice(result: FrictionResult) -> Iterator[str]:
     yield f"To hold an object by what was found: palpate grasp --friction-file {FILE_NAME}."
 
 
-def _felt(result: FrictionResult) -> Iterator[Figure | None]:
+def _felt(result: FrictionResult) -> Iterator[FigureSource]:
     points, file = slip_points(result), result.file
     creeping = file is not None and any(each.creeping for each in file.speeds)
     bent = result.plan.config.object == "sphere"
-    yield stroke_figure(stroke_curves(result), frictions(result), bent=bent)
-    yield None if points is None else surface_figure(points)
-    yield length_figure(lengths(result), _growth(result))
-    yield speed_figure(speeds(result), _curve(result), creeping=creeping)
+    yield lambda: stroke_figure(stroke_curves(result), frictions(result), bent=bent)
+    yield lambda: None if points is None else surface_figure(points)
+    yield lambda: length_figure(lengths(result), _growth(result))
+    yield lambda: speed_figure(speeds(result), _curve(result), creeping=creeping)
 
 
 def _growth(result: FrictionResult) -> tuple[float, float] | None:

@@ -4,7 +4,7 @@ from palpate.experiments.friction.library import library_path
 from palpate.experiments.friction.plan import FrictionPlan
 from palpate.experiments.friction.result import FrictionResult, listed
 from palpate.experiments.friction.strokes import FreeAir
-from palpate.experiments.kit.repeat_words import log_row
+from palpate.experiments.kit.run_report import log_row
 from palpate.friction.friction_file import How
 from palpate.friction.rubbing.sliding import FrictionBound, FrictionMeasured
 from palpate.friction.rubbing.twisting import SpinBound, SpinMeasured, SpinUncertainty

@@ -7,7 +7,7 @@ from typing import Literal
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.grip_laws import COULOMB, LIMIT_SURFACE, check_grip_law
-from palpate.experiments.kit.config_checks import check_friction, check_seed, check_size, check_spin_length
+from palpate.experiments.kit.checks import check_friction, check_seed, check_size, check_spin_length
 from palpate.experiments.kit.options import NOISY, check_options, option
 
 HeldName = Literal["box", "cylinder", "sphere"]

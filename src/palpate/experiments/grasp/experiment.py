@@ -26,11 +26,11 @@ class GraspObject(ExperimentDefaults):
     metrics = METRICS
     findings = FINDINGS
 
-    def plan(self, config: GraspConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "GraspPlan":
+    def plan(self, config: GraspConfig, robot: "Robot | None", attachments: Mapping[str, str]) -> "GraspPlan":
         """Check and build everything; nothing moves."""
         from palpate.experiments.grasp.plan import plan
 
-        return plan(config, robot, texts)
+        return plan(config, robot, attachments)
 
     def evaluate(self, plan: "GraspPlan", recorded: "Recorded") -> "GraspResult":
         """Return the result of a run."""

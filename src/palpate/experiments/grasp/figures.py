@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,7 @@ from palpate.experiments.grasp.truth import STAGES
 from palpate.reporting.figure import Axis, Figure, Panel, Space
 from palpate.reporting.grasp_figures import limit_surface_panel, load_sizes
 from palpate.reporting.marks import Dash, Line, Points, Symbol
+from palpate.reporting.report import FigureSource
 from palpate.reporting.run_figures import phase_spans, true_and_felt
 from palpate.reporting.solids import Arrows, Labels, Placed, Solid, Surface
 from palpate.runtime.palette import (
@@ -65,10 +67,10 @@ Mesh = tuple[FloatArray, npt.NDArray[np.intp]]
 """Vertices (n, 3) [m] and triangles (m, 3)."""
 
 
-def grasp_figures(grasp: GraspResult, note: str = "") -> Iterator[Figure | None]:
+def grasp_figures(grasp: GraspResult, note: str = "") -> Iterator[FigureSource]:
     """Yield both figures of a grasp; `note` ends their titles."""
-    yield over_time(grasp, note)
-    yield moments_figure(grasp, note)
+    yield partial(over_time, grasp, note)
+    yield partial(moments_figure, grasp, note)
 
 
 def over_time(grasp: GraspResult, note: str = "") -> Figure | None:

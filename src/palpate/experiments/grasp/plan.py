@@ -55,7 +55,7 @@ from palpate.experiments.grasp.scene import (
 )
 from palpate.experiments.grasp.truth import GraspFeltRecorder, GraspTruthRecorder
 from palpate.experiments.kit.experiment import DryRun, PlanDefaults
-from palpate.experiments.kit.scene_view import scene_view
+from palpate.experiments.kit.scene import scene_view
 from palpate.friction.friction_file import (
     FrictionFile,
     friction_file_text,
@@ -307,7 +307,7 @@ class GraspPlan(PlanDefaults):
             return GraspFeltRecorder(controller, self.hand.geometry)
         return GraspTruthRecorder(truth, controller, self.config, self.hand, self.times.begin)
 
-    def texts(self) -> dict[str, str]:
+    def attachments(self) -> dict[str, str]:
         """Return the result of rubbing, if the grasp is planned with one."""
         return {} if self.found is None else {KNOWN_TEXT: friction_file_text(self.found)}
 
@@ -345,13 +345,13 @@ class GraspPlan(PlanDefaults):
         return scene_view(f"A {self.config.object} in {fingers} fingers", self.task().scene().model)
 
 
-def plan(config: GraspConfig, robot: Robot | None, texts: Mapping[str, str]) -> GraspPlan:
+def plan(config: GraspConfig, robot: Robot | None, attachments: Mapping[str, str]) -> GraspPlan:
     """Return the plan of a grasp.
 
     Args:
         config: Options of the grasp.
         robot: Robot that `config.robot` names; None for the simulated hand.
-        texts: Result of rubbing, as a log keeps it; empty for a new run.
+        attachments: Result of rubbing, as a log keeps it; empty for a new run.
 
     Raises:
         InvalidValueError: If the friction file cannot be read, options contradict each other, the robot has no
@@ -361,8 +361,8 @@ def plan(config: GraspConfig, robot: Robot | None, texts: Mapping[str, str]) -> 
     hand = grasp_hand(config, robot)
     config = config_on(config, hand)
     found = None
-    if KNOWN_TEXT in texts:
-        found = read_friction_file(texts[KNOWN_TEXT])
+    if KNOWN_TEXT in attachments:
+        found = read_friction_file(attachments[KNOWN_TEXT])
     elif config.friction_file is not None:
         found = load_friction_file(config.friction_file)
     try:

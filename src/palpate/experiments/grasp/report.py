@@ -14,8 +14,7 @@ from palpate.experiments.grasp.metrics import METRICS, delay_note
 from palpate.experiments.grasp.result import GraspResult
 from palpate.experiments.kit.experiment import ExperimentDefaults
 from palpate.experiments.kit.metric import NOT_KNOWN
-from palpate.experiments.kit.repeat_words import log_row
-from palpate.experiments.kit.run_report import report_of
+from palpate.experiments.kit.run_report import log_row, report_of
 from palpate.grasp import GraspContacts, GraspForceOptimizer, SolveStatus, worst_disturbance
 from palpate.reporting.data import Quantity
 from palpate.reporting.figure import Figure

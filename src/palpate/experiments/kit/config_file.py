@@ -1,8 +1,11 @@
 """Configuration of a run as YAML: the few values that users write, and every value, exactly, for a log."""
 
 import os
+import platform
 from collections.abc import Mapping
 from dataclasses import fields
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -105,3 +108,29 @@ def _overlay(text: str, experiment: str, kind: type[Any]) -> dict[str, object]:
 
 def _without_name(found: Mapping[str, object]) -> dict[str, object]:
     return {key: value for key, value in found.items() if key != NAME_KEY}
+
+
+VERSIONS_TEXT = "versions.yaml"
+"""Attachment of a log with the versions of Python and `PACKAGES`: with these a replay is bit for bit the same."""
+
+PACKAGES = ("palpate", "numpy", "scipy", "numba", "llvmlite", "mujoco", "casadi")
+"""Packages whose arithmetic the numbers of a run depend on."""
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Return Python's and the packages' versions."""
+    return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
+
+
+def versions_text() -> str:
+    """Return Python's, the machine's and the packages' versions as YAML."""
+    python = {"python": platform.python_version()}
+    return yaml_text(python | {"machine": platform.machine(), "system": platform.system()} | versions())
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed as a package"

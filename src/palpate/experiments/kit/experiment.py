@@ -11,8 +11,7 @@ if TYPE_CHECKING:  # commands import this module for --help, which must be quick
     from palpate.experiments.kit.recorded_run import Recorded
     from palpate.kinematics.hand import HandKinematics
     from palpate.reporting.data import Quantity
-    from palpate.reporting.figure import Figure
-    from palpate.reporting.report import Report
+    from palpate.reporting.report import FigureSource, Report
     from palpate.robots.robot import Robot
     from palpate.runtime import Backend, Controller, FingerDescription, Limits, Observer, RunResult
     from palpate.runtime.following import FollowingMaker
@@ -97,7 +96,7 @@ class Plan(Protocol):
         """Return a fresh controller."""
         ...
 
-    def texts(self) -> Mapping[str, str]:
+    def attachments(self) -> Mapping[str, str]:
         """Return what a log keeps besides configuration and robot to plan the very same again, by file name."""
         ...
 
@@ -176,7 +175,7 @@ class PlanDefaults:
         """Return the plan as it is."""
         return self
 
-    def texts(self) -> Mapping[str, str]:
+    def attachments(self) -> Mapping[str, str]:
         """Return nothing: configuration and robot suffice."""
         return {}
 
@@ -244,13 +243,13 @@ class Experiment(Protocol):
         """Metrics of a run, the most important first: for terminal, --json, report, sweeps and comparisons."""
         ...
 
-    def plan(self, config: Any, robot: "Robot | None", texts: Mapping[str, str]) -> Plan:
+    def plan(self, config: Any, robot: "Robot | None", attachments: Mapping[str, str]) -> Plan:
         """Check and build everything; nothing moves, no device is opened.
 
         Args:
             config: Configuration, an instance of `Config`.
             robot: Robot of the run; None if `config.robot` is None.
-            texts: What the log of an earlier run kept (see `Plan.texts`); empty for a new run.
+            attachments: Texts of the log of an earlier run (see `Plan.attachments`); empty for a new run.
 
         Raises:
             InvalidValueError: If the run cannot be carried out; the message names the remedy.
@@ -291,8 +290,8 @@ class ExperimentDefaults:
     metrics: tuple[Metric, ...]
     findings: tuple[Finding, ...] = ()
 
-    def figures(self, result: Any) -> "Iterator[Figure]":
-        """Yield the figures of the report; none by default."""
+    def figures(self, result: Any) -> "Iterator[FigureSource]":
+        """Yield the figures of the report, or functions that draw one each; none by default."""
         yield from ()
 
     def report(self, result: Any) -> "Report":

@@ -4,14 +4,14 @@ Imports nothing heavy. Checks, replays, reports, sweeps and comparisons all read
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
 
 from palpate.errors import InvalidValueError, not_negative, positive, shown
-from palpate.experiments.kit.config_checks import check_seed, check_within
+from palpate.experiments.kit.checks import check_seed, check_within
 from palpate.unit_ranges import check_unit_range
 
 if TYPE_CHECKING:
@@ -229,3 +229,22 @@ def _typed(value: object) -> str:
     if isinstance(value, tuple):
         return " ".join(_typed(each) for each in value)
     return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def option_words(value: object) -> str:
+    """Return a value of an option without its unit."""
+    if _is_left_out(value):
+        return "left out"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    each = value if isinstance(value, Sequence) and not isinstance(value, str) else (value,)
+    return " x ".join(f"{one:g}" if isinstance(one, float) else str(one) for one in each)
+
+
+def has_unit(value: object) -> bool:
+    """Return whether a value of an option is one or several numbers, which may have a unit."""
+    return not (_is_left_out(value) or isinstance(value, str | bool))
+
+
+def _is_left_out(value: object) -> bool:
+    return value is None or value == ()

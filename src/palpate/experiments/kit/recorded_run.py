@@ -1,15 +1,13 @@
 """One run of a plan and its record: on a robot, in simulation, or again from its log."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from palpate.experiments.kit.change_outcome import ChangeOutcome, change_outcomes
-from palpate.experiments.kit.contact_truth import ContactTruth
 from palpate.experiments.kit.experiment import Plan
-from palpate.experiments.kit.recorded_periods import BESIDE_A_LOG, RecordedPeriods
+from palpate.experiments.kit.recorded_periods import BESIDE_A_LOG, ContactTruth, RecordedPeriods
 from palpate.runtime import Backend, Observer, Phase, Record, RunResult, Supervisor, Touch, run
 from palpate.runtime.live import LONGEST_ELAPSED, Change, LiveParameters, ScheduledChanges, live_parameters_of
 from palpate.runtime.log import LogWriter, MemoryLog, Recorder, Sink
@@ -22,6 +20,89 @@ ProgressCallback = Callable[[str], None]
 
 def no_progress(step: str) -> None:
     """Show no progress."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeOutcome:
+    """One change that was requested, and when it took effect.
+
+    Attributes:
+        asked: Requested change; its time counts from the first period [s].
+        unit: Unit of the value, "" for a ratio.
+        made: Time at which the change took effect, from the first period [s]; None if the run ended before.
+        early: Whether the change took effect before the work that it changes had begun.
+    """
+
+    asked: Change
+    unit: str
+    made: float | None
+    early: bool = False
+
+    @property
+    def what(self) -> str:
+        """The change as text, with the time at which it took effect or should have."""
+        asked = self.asked
+        return f"{asked.name} to {asked.value:g} {self.unit}".rstrip() + f" after {self.made or asked.time:.4g} s"
+
+
+def change_outcomes(
+    asked: Sequence[Change],
+    made: Sequence[Change],
+    units: Mapping[str, str],
+    *,
+    first: float,
+    work: float | None,
+) -> tuple[ChangeOutcome, ...]:
+    """Return when each change took effect.
+
+    Args:
+        asked: Requested changes; times count from the first period.
+        made: Recorded changes, in order, on the clock of the run.
+        units: Units of the parameters, by name.
+        first: Time of the first period [s].
+        work: Time at which sweep or holding began, on the clock of the run [s]; None if it never began.
+    """
+    outcomes = []
+    for each in sorted(asked, key=lambda change: change.time):
+        found = next((done for done in made if _fulfils(done, each, first)), None)
+        when = None if found is None else found.time - first
+        early = found is not None and (work is None or found.time < work)
+        outcomes.append(ChangeOutcome(each, units.get(each.name, ""), when, early))
+    return tuple(outcomes)
+
+
+def _fulfils(done: Change, asked: Change, first: float) -> bool:
+    # of two in one period only the later one is made
+    late_enough = done.time - first >= asked.time - 1e-9
+    return late_enough and (done.name, done.value) == (asked.name, asked.value)
+
+
+def change_sentences(outcomes: Sequence[ChangeOutcome], duration: float, work: str) -> tuple[str, ...]:
+    """Return when the changes took effect, in sentences.
+
+    Args:
+        outcomes: Outcomes of the changes.
+        duration: Duration of the run [s].
+        work: Begin of the work, as in "the force was held".
+    """
+    kinds = (
+        (
+            f"Changed before {work}:",
+            [each for each in outcomes if each.early],
+            "; times count from the start of the run, landing included.",
+        ),
+        ("Changed:", [each for each in outcomes if each.made is not None and not each.early], "."),
+        ("NOT changed:", [each for each in outcomes if each.made is None], f"; the run took {duration:.1f} s."),
+    )
+    return tuple(f"{begin} {', '.join(each.what for each in some)}{end}" for begin, some, end in kinds if some)
+
+
+def change_rows(outcomes: Sequence[ChangeOutcome]) -> tuple[tuple[str, str], ...]:
+    """Return the changes as settings, name and value."""
+    return tuple(
+        ("change while running", each.what + ("" if each.made is not None else ": not reached"))
+        for each in outcomes
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

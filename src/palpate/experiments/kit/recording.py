@@ -6,12 +6,18 @@ from datetime import datetime
 from pathlib import Path
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, config_text, experiment_in, read_config
+from palpate.experiments.kit.config_file import (
+    EXPERIMENT_TEXT,
+    VERSIONS_TEXT,
+    config_text,
+    experiment_in,
+    read_config,
+    versions_text,
+)
 from palpate.experiments.kit.experiment import Experiment, Plan, Result
 from palpate.experiments.kit.options import lasting
 from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.registry import experiment_named, reference_to
-from palpate.experiments.kit.versions import VERSIONS_TEXT, versions_text
 from palpate.extras import MissingLibraryError
 from palpate.reporting.data import FigureKind
 from palpate.reporting.page import WrittenReport, write_report
@@ -31,7 +37,7 @@ def log_texts(experiment: Experiment, plan: Plan) -> dict[str, str]:
     """Return the attachments of a log, by file name, from which the same run can be planned again."""
     robot = {} if plan.robot is None else plan.robot.texts
     asked = config_text(reference_to(experiment), plan.config)
-    return {EXPERIMENT_TEXT: asked, **robot, **plan.texts(), VERSIONS_TEXT: versions_text()}
+    return {EXPERIMENT_TEXT: asked, **robot, **plan.attachments(), VERSIONS_TEXT: versions_text()}
 
 
 def log_writer(experiment: Experiment, plan: Plan, folder: Path) -> LogWriter:

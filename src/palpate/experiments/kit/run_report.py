@@ -1,17 +1,20 @@
 """Report on a run: metrics and findings of the experiment, and advice on the ending."""
 
 import shlex
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
+from enum import Enum
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from palpate.experiments.kit.experiment import Experiment, ExperimentDefaults, Plan, Result
 from palpate.experiments.kit.metric import metric_rows, remedies, sentences
-from palpate.experiments.kit.registry import reference_to
-from palpate.experiments.kit.repeat_words import repeat_commands
+from palpate.experiments.kit.registry import reference_to, typed_words
 from palpate.runtime import Cause, Ending, RestState, RunResult
 
 if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
     from palpate.reporting.report import Report, Section
 
 
@@ -133,3 +136,53 @@ def run_report(experiment: Experiment, plan: Plan, result: Result) -> "Report":
         advice=(*advice_on_ending(name, plan, result.run), *report.advice),
         repeat=repeat_commands(name, plan.config, result.run),
     )
+
+
+def repeat_commands(name: str, config: "DataclassInstance", result: RunResult) -> tuple[tuple[str, str], ...]:
+    """Return descriptions and commands of what can be done again with a run.
+
+    Args:
+        name: Name of the experiment.
+        config: Configuration of the run.
+        result: Result of the run; without a log only the run itself can be repeated.
+    """
+    commands = [("The same again:", command_line(name, config))]
+    kept = result.recording
+    if kept is not None and kept.path is not None:
+        log = shlex.quote(str(kept.path))
+        commands += [
+            ("Every command of it computed again from its log, bit for bit:", f"palpate replay {log}"),
+            ("To watch it in the browser:", f"palpate view {log}"),
+            ("Beside another run of the kind:", f"palpate compare {log} ANOTHER_RUN"),
+        ]
+    return tuple(commands)
+
+
+def log_row(result: RunResult) -> tuple[tuple[str, str], ...]:
+    """Return the log as a setting of a report; empty if there is none."""
+    kept = result.recording
+    return () if kept is None or kept.path is None else (("log", str(kept)),)
+
+
+def command_line(name: str, config: "DataclassInstance") -> str:
+    """Return the command of a configuration, with all options that differ from their defaults."""
+    usual = type(config)()
+    words = ["palpate", *typed_words(name)]
+    for field in fields(config):
+        value = getattr(config, field.name)
+        if value == getattr(usual, field.name):
+            continue
+        option = field.name.replace("_", "-")
+        if isinstance(value, bool):
+            words.append(f"--{option}" if value else f"--no-{option}")
+        elif value is not None:
+            words += [f"--{option}", *_typed(value)]
+    return shlex.join(words)
+
+
+def _typed(value: object) -> list[str]:
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [word for each in value for word in _typed(each)]
+    if isinstance(value, Enum):
+        return [str(value.value)]
+    return [str(value) if isinstance(value, str | Path) else repr(value)]

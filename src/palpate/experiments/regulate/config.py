@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.change_names import check_change_names
-from palpate.experiments.kit.config_checks import (
+from palpate.experiments.kit.checks import (
+    MAX_FORCE,
+    check_change_names,
+    check_force_noise,
     check_friction,
     check_length,
     check_period,
@@ -16,7 +18,6 @@ from palpate.experiments.kit.config_checks import (
     check_tip,
     speed_hint,
 )
-from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
 from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, check_options, option
 
 PressedName = Literal["plate", "sphere", "scene"]
@@ -205,11 +206,11 @@ class RegulateConfig:
             )
 
     def _check_profile(self) -> None:
-        if self.greatest > MOST_FORCE:
+        if self.greatest > MAX_FORCE:
             left_out = " (swing: left out, half of it)" if self.swing is None else ""
             raise InvalidValueError(
                 f"force = {self.force:g} N and swing = {self.swung:g} N{left_out}: together at most "
-                f"{MOST_FORCE:g} N"
+                f"{MAX_FORCE:g} N"
             )
         if self.profile == "sine" and self.swung >= self.force:
             raise InvalidValueError(

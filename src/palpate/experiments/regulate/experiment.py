@@ -57,12 +57,14 @@ class Regulate(ExperimentDefaults):
     Config = RegulateConfig
     metrics = METRICS
 
-    def plan(self, config: RegulateConfig, robot: "Robot | None", texts: Mapping[str, str]) -> "RegulationPlan":
+    def plan(
+        self, config: RegulateConfig, robot: "Robot | None", attachments: Mapping[str, str]
+    ) -> "RegulationPlan":
         """Check and build everything."""
         from palpate.experiments.regulate.plan import plan_regulation
 
         assert robot is not None  # there always is one: RegulateConfig.robot is never None
-        return plan_regulation(config, robot, texts)
+        return plan_regulation(config, robot, attachments)
 
     def evaluate(self, plan: "RegulationPlan", recorded: "Recorded") -> "RegulationResult":
         """Return what came of a run."""

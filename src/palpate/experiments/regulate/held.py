@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.errors import FloatArray
-from palpate.experiments.kit.contact_truth import ContactTruth
+from palpate.experiments.kit.recorded_periods import ContactTruth
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.runtime import Phase, Record
 

@@ -2,18 +2,18 @@
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
-from palpate.experiments.kit.recorded_series import recorded_series
+from palpate.experiments.kit.recorded_periods import recorded_series
 from palpate.experiments.regulate.figures import bode_figure, error_figure, step_figure
 from palpate.experiments.regulate.quantities import margins, quantities
 from palpate.experiments.regulate.response import FrequencyResponse
 from palpate.experiments.regulate.result import RegulationResult
 from palpate.experiments.regulate.words import asked, limits, outcome, settings, title
 from palpate.reporting.data import TimeSeries
-from palpate.reporting.figure import Figure
-from palpate.reporting.report import Figures, Paragraph, QuantityTable, Report, Section, TextTable
+from palpate.reporting.report import Figures, FigureSource, Paragraph, QuantityTable, Report, Section, TextTable
 from palpate.reporting.run_figures import computing, force_overview
 from palpate.runtime import Ending
 
@@ -84,16 +84,16 @@ def _tone_rows(tones: dict[str, FrequencyResponse]) -> list[tuple[str, str, str,
     ]
 
 
-def _over_time(regulation: RegulationResult) -> Iterator[Figure | None]:
+def _over_time(regulation: RegulationResult) -> Iterator[FigureSource]:
     if len(regulation.record):
         series = series_of(regulation)
-        yield force_overview(series)
-        yield error_figure(series)
+        yield partial(force_overview, series)
+        yield partial(error_figure, series)
 
 
-def _responses(regulation: RegulationResult, tones: dict[str, FrequencyResponse]) -> Iterator[Figure | None]:
+def _responses(regulation: RegulationResult, tones: dict[str, FrequencyResponse]) -> Iterator[FigureSource]:
     judged, felt = regulation.judged_steps, regulation.felt_steps
     if judged is not None:
-        yield step_figure(judged if regulation.truth.known else None, felt)
+        yield partial(step_figure, judged if regulation.truth.known else None, felt)
     if tones:
-        yield bode_figure(tones)
+        yield partial(bode_figure, tones)

@@ -7,10 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from palpate.controllers.guarded_approach import Loss
-from palpate.experiments.kit.change_outcome import ChangeOutcome
-from palpate.experiments.kit.contact_truth import ContactTruth
-from palpate.experiments.kit.recorded_periods import Periods
-from palpate.experiments.kit.recorded_run import Recorded
+from palpate.experiments.kit.recorded_periods import ContactTruth, Periods
+from palpate.experiments.kit.recorded_run import ChangeOutcome, Recorded
 from palpate.experiments.kit.shown_result import ShownResult
 from palpate.experiments.regulate.held import Held
 from palpate.experiments.regulate.held_responses import HeldResponses

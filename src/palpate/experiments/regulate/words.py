@@ -3,8 +3,8 @@
 import math
 
 from palpate.controllers.guarded_approach import Loss
-from palpate.experiments.kit.change_outcome import change_rows, change_sentences
-from palpate.experiments.kit.repeat_words import log_row
+from palpate.experiments.kit.recorded_run import change_rows, change_sentences
+from palpate.experiments.kit.run_report import log_row
 from palpate.experiments.regulate.config import FROM_FILES, RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.experiments.regulate.result import RegulationResult

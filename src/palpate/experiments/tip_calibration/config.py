@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.config_checks import (
+from palpate.experiments.kit.checks import (
+    MAX_FORCE,
+    check_force_noise,
     check_friction,
     check_length,
     check_seed,
     check_spin_length,
 )
-from palpate.experiments.kit.contact_checks import MOST_FORCE, check_force_noise
 from palpate.experiments.kit.options import NOISY, TOUCHED, check_options, option
 
 ShapeName = Literal["sphere", "ellipsoid", "capsule", "superellipsoid"]
@@ -63,7 +64,7 @@ class TipCalibrationConfig:
     touch_count: int = option(60, fixed=TOUCHED, within=(FEWEST, MOST))
     """How many touches are made, those that come first included."""
     forces: tuple[float, ...] = option(
-        (1.0, 3.0), "N", fixed=TOUCHED, bound="positive", within=(-math.inf, MOST_FORCE)
+        (1.0, 3.0), "N", fixed=TOUCHED, bound="positive", within=(-math.inf, MAX_FORCE)
     )
     """Forces of each touch, one after the other [N]: two or more tell the stiffness."""
     plate: Triple = option((-0.045, 0.0, 0.0), "m", fixed=TOUCHED)

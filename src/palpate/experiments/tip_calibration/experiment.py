@@ -55,17 +55,17 @@ class CalibrateTip(ExperimentDefaults):
     metrics = METRICS
 
     def plan(
-        self, config: TipCalibrationConfig, robot: "Robot | None", texts: Mapping[str, str]
+        self, config: TipCalibrationConfig, robot: "Robot | None", attachments: Mapping[str, str]
     ) -> "TipPlan | StillPlan":
         """Check and build everything."""
         assert robot is not None  # there always is one: TipCalibrationConfig.robot is never None
         if config.moves:
             from palpate.experiments.tip_calibration.plan import plan_touches
 
-            return plan_touches(config, robot, texts)
+            return plan_touches(config, robot, attachments)
         from palpate.experiments.tip_calibration.still_plan import plan_still
 
-        return plan_still(config, robot, texts)
+        return plan_still(config, robot, attachments)
 
     def evaluate(self, plan: "TipPlan | StillPlan", recorded: "Recorded") -> "TipCalibrationResult":
         """Return what came of a run."""

@@ -1,6 +1,7 @@
 """Figures of a tip calibration: the tip typed and found with the touches on it, and what is left over."""
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from palpate.experiments.tip_calibration.places import tip_points
 from palpate.experiments.tip_calibration.result import TipCalibrationResult
 from palpate.reporting.figure import Axis, Figure, Panel, Space
 from palpate.reporting.marks import Band, Colouring, ColourScale, Mark, Points, Rule, look_of
+from palpate.reporting.report import FigureSource
 from palpate.reporting.solids import Solid, Spots, Surface
 from palpate.runtime.palette import BOUND, FELT, QUIET_COLOUR, SET, TRUTH
 from palpate.sensing.tip_calibration import TipFit
@@ -20,12 +22,12 @@ TURNS, RINGS = 48, 25
 MICRO = 1e6
 
 
-def calibration_figures(result: TipCalibrationResult) -> Iterator[Figure]:
+def calibration_figures(result: TipCalibrationResult) -> Iterator[FigureSource]:
     """Return the figures; none without touches."""
     if result.fit is not None:
-        yield tip_figure(result, result.fit)
-        yield residual_figure(result.fit)
-        yield time_figure(result.fit)
+        yield partial(tip_figure, result, result.fit)
+        yield partial(residual_figure, result.fit)
+        yield partial(time_figure, result.fit)
 
 
 def tip_figure(result: TipCalibrationResult, fit: TipFit) -> Figure:

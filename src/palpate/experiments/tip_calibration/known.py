@@ -1,12 +1,14 @@
-"""What is known before anything is touched: the typed tip, the things, and what measures."""
+"""Prior knowledge of a tip calibration: typed tip, targets and instrument; and the bench that a simulation has."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import mujoco
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from palpate.experiments.tip_calibration.bench import believed_targets
+from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.tip_calibration.config import TipCalibrationConfig
 from palpate.robots.finger_sensor import model_of_finger
 from palpate.robots.fingertip import only_finger
@@ -14,6 +16,7 @@ from palpate.robots.robot import Robot
 from palpate.sensing.tip_calibration import (
     Instrument,
     PlannedTouch,
+    TargetKind,
     TipFit,
     TipShape,
     Touches,
@@ -31,33 +34,61 @@ from palpate.sensing.tip_calibration.shapes import (
     sphere_shape,
     superellipsoid_shape,
 )
+from palpate.sim.objects.fixed_pieces import FixedPieces
+from palpate.sim.objects.posed import PosedGeom
+from palpate.spatial import Vector, as_vector
 from palpate.surfaces import CompliantTip
 
-HALFWAY = 0.5
-"""Share of the indentation that a simulated tip takes: MuJoCo has contacts in the middle of what overlaps."""
+PLATE, ROD, BALL = "plate", "rod", "ball"
 
-ROUNDED = 2.5
-"""Exponent to start from, of a superellipsoid that is not typed as one."""
+PLATE_HALF = (0.03, 0.03, 0.005)
+"""Half lengths of the simulated plate [m]."""
 
-USUAL_ARM, EXACT_ARM = 2e-5, 1e-6
-"""[m] How exactly arms repeat: makers of small ones state 20 to 50 um, and at rest in one region they do better; a
-simulated arm is where it says, and what is left is the contact's own."""
+ROD_HALF = 0.025
+"""Half the length of the simulated rod [m]."""
 
-UNLESS_KNOWN = 0.01 / math.sqrt(3.0)
+SPREAD = {TargetKind.PLANE: 0.015, TargetKind.LINE: 0.006, TargetKind.POINT: 0.0}
+"""Largest distance of a touch from a target's place [m]: spread over plate and rod, to find their tilt."""
+
+UP: Vector = (0.0, 0.0, 1.0)
+
+TILT_SD = 0.05
+"""Standard deviation of directions that were estimated by eye [rad]."""
+
+MAX_DISPLACEMENT, MAX_TILT = 1.5e-3, math.radians(2.0)
+"""Largest displacement [m] and tilt [rad] of simulated targets."""
+
+POST_SHARE = 0.7
+"""Radius of the simulated posts, over that of rod and ball on them."""
+
+GROUND = -0.01
+"""Height of the ground below the posts [m]."""
+
+SIMULATED_SHARE = 0.5
+"""Share of the indentation of a simulated tip: MuJoCo has contacts in the middle of the overlap."""
+
+INITIAL_EXPONENT = 2.5
+"""Initial exponent of a superellipsoid that was not typed as one."""
+
+REAL_ARM_SD, SIMULATED_ARM_SD = 2e-5, 1e-6
+"""Repeatability of an arm [m]: makers of small arms state 20 to 50 um, and at rest in one region they do better. A
+simulated arm is exact, but for the contact."""
+
+DELIVERED_ACCURACY = 0.01 / math.sqrt(3.0)
 """Standard deviation of the entries of a sensor's matrix, of a full load, where 1 % is the limit: makers claim 1
 to 2 % for all errors together (`palpate.sensing.ft.calibration`)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KnownBefore:
-    """What is known before.
+    """Prior knowledge before the first touch.
 
     Attributes:
-        tip: As the robot file has it.
-        targets: Where they are thought to be.
-        instrument: What measures.
-        turn: How far the tip may be turned [rad]; 0 for a robot that cannot.
-        forces: Of each touch [N].
+        tip: Fingertip of the robot file.
+        targets: Targets at their expected places.
+        instrument: Accuracy of arm and sensor.
+        turn: Largest turn of the tip [rad]; 0 for a robot that cannot turn it.
+        forces: Forces of each touch [N].
     """
 
     tip: TypedTip
@@ -68,10 +99,10 @@ class KnownBefore:
 
     @classmethod
     def of(cls, config: TipCalibrationConfig, robot: Robot, *, turns: bool) -> "KnownBefore":
-        """Return it for a robot.
+        """Return the prior knowledge of a robot.
 
         Raises:
-            InvalidValueError: Touches do not calibrate its kind of fingertip.
+            InvalidValueError: If touches cannot calibrate its kind of fingertip.
         """
         tip = typed_tip(config, robot)
         turn = config.most_turn if turns else 0.0
@@ -81,15 +112,15 @@ class KnownBefore:
         """Return the tip that explains touches.
 
         Raises:
-            InvalidValueError: There are none, or they are impossible.
+            InvalidValueError: If there are no touches, or they are impossible.
         """
         return fit_tip(touches, self.targets, self.tip, self.instrument)
 
     def telling(self, count: int, fit: TipFit | None) -> list[PlannedTouch]:
-        """Return the touches that tell most, after those of a fit if there is one.
+        """Return the most informative touches, after those of a fit if there is one.
 
         Raises:
-            InvalidValueError: None is possible.
+            InvalidValueError: If no touch is possible.
         """
         plan = TouchPlan(most_tilt=self.turn, forces=(max(self.forces),))
         if fit is not None:
@@ -101,13 +132,13 @@ class KnownBefore:
 
 
 def typed_tip(config: TipCalibrationConfig, robot: Robot) -> TypedTip:
-    """Return the fingertip as the robot file has it, of the family that is asked for."""
+    """Return the fingertip of the robot file, in the requested family of shapes."""
     kind = only_finger(robot).surface
     surface = kind.surface()
     stiffness, exponent = config.stiffness, 1.0
     if isinstance(surface, CompliantTip):
         stiffness, exponent = surface.stiffness, surface.exponent
-    share = 1.0 if robot.file.backend.REAL else HALFWAY
+    share = 1.0 if robot.file.backend.REAL else SIMULATED_SHARE
     shape = tip_shape(surface) if config.shape is None else _shape_of(config.shape, kind.half_extents)
     return TypedTip(
         shape,
@@ -124,7 +155,7 @@ def typed_tip(config: TipCalibrationConfig, robot: Robot) -> TypedTip:
 
 
 def _shape_of(name: str, half_extents: Sequence[float]) -> TipShape:
-    """A family, begun at the half lengths of a tip."""
+    """Return a shape of a family with the half lengths of a tip."""
     x, y, z = half_extents if len(half_extents) == 3 else tuple(half_extents) * 3
     match name:
         case "sphere":
@@ -134,7 +165,7 @@ def _shape_of(name: str, half_extents: Sequence[float]) -> TipShape:
         case "capsule":
             return capsule_shape(0.5 * (x + y), 2.0 * z)
         case _:
-            return superellipsoid_shape((x, y, z), ROUNDED)
+            return superellipsoid_shape((x, y, z), INITIAL_EXPONENT)
 
 
 def _instrument(config: TipCalibrationConfig, robot: Robot) -> Instrument:
@@ -144,7 +175,80 @@ def _instrument(config: TipCalibrationConfig, robot: Robot) -> Instrument:
     if sensor is not None:
         ranges = (*sensor.force_range, *sensor.moment_range)
     exact = simulated is not None and simulated.cross_talk is None
-    usual = 0.0 if exact or ranges is None else UNLESS_KNOWN
+    usual = 0.0 if exact or ranges is None else DELIVERED_ACCURACY
     accuracy = usual if config.sensor_accuracy is None else config.sensor_accuracy
-    arm = (EXACT_ARM if simulated else USUAL_ARM) if config.arm_sd is None else config.arm_sd
+    arm = (SIMULATED_ARM_SD if simulated else REAL_ARM_SD) if config.arm_sd is None else config.arm_sd
     return Instrument(arm, (1.0,) * 6 if ranges is None else ranges, accuracy)
+
+
+def believed_targets(config: TipCalibrationConfig) -> tuple[TouchTarget, ...]:
+    """Return plate, rod and ball at their expected places."""
+    sd = config.place_sd
+    return (
+        TouchTarget(PLATE, TargetKind.PLANE, config.plate, UP, place_sd=sd, direction_sd=TILT_SD),
+        TouchTarget(ROD, TargetKind.LINE, config.rod, config.rod_direction, config.rod_radius, sd, TILT_SD),
+        TouchTarget(BALL, TargetKind.POINT, config.ball, radius=config.ball_radius, place_sd=sd),
+    )
+
+
+def true_targets(config: TipCalibrationConfig) -> tuple[TouchTarget, ...]:
+    """Return plate, rod and ball at their simulated places."""
+    rng = np.random.default_rng(config.scene_error)
+    return tuple(_displaced(target, rng) for target in believed_targets(config))
+
+
+def simulated_bench(config: TipCalibrationConfig) -> FixedPieces:
+    """Return the simulated bench: plate, rod and ball, and the posts that carry them.
+
+    Raises:
+        InvalidValueError: If a radius is 0: a simulation has no geom for a sharp edge or point.
+    """
+    for name in ("rod_radius", "ball_radius"):
+        if getattr(config, name) == 0.0:
+            raise InvalidValueError(f"{name} = 0: a simulated one is round; give its radius [m], as 0.0005")
+    plate, rod, ball = true_targets(config)
+    axes = _axes_about(plate.unit)
+    box = PosedGeom(
+        mujoco.mjtGeom.mjGEOM_BOX,
+        np.array(PLATE_HALF),
+        np.array(plate.place) - PLATE_HALF[2] * plate.unit,
+        axes,
+    )
+    tube = PosedGeom(
+        mujoco.mjtGeom.mjGEOM_CAPSULE,
+        np.array([rod.radius, ROD_HALF, 0.0]),
+        np.array(rod.place),
+        _axes_about(rod.unit),
+    )
+    sphere = PosedGeom(
+        mujoco.mjtGeom.mjGEOM_SPHERE, np.array([ball.radius, 0.0, 0.0]), np.array(ball.place), np.eye(3)
+    )
+    ends = [np.array(rod.place) + sign * ROD_HALF * rod.unit for sign in (-1.0, 1.0)]
+    posts = [_post(end, rod.radius) for end in ends]
+    return FixedPieces((box, tube, sphere), (_post(np.array(ball.place), ball.radius), *posts))
+
+
+def _displaced(target: TouchTarget, rng: np.random.Generator) -> TouchTarget:
+    moved = np.array(target.place) + rng.uniform(-MAX_DISPLACEMENT, MAX_DISPLACEMENT, 3)
+    axis = rng.normal(size=3)
+    turn = Rotation.from_rotvec(MAX_TILT * rng.uniform() * axis / np.linalg.norm(axis))
+    direction = target.direction if target.kind is TargetKind.POINT else as_vector(turn.apply(target.unit))
+    return TouchTarget(target.name, target.kind, as_vector(moved), direction, target.radius)
+
+
+def _post(top: FloatArray, radius: float) -> PosedGeom:
+    """Return a thin post from the ground up to the middle of a target."""
+    half = 0.5 * (float(top[2]) - GROUND)
+    if half <= 0.0:
+        raise InvalidValueError(f"rod, ball: z = {top[2]:g} m: must be above {GROUND:g} m in a simulation")
+    size = np.array([POST_SHARE * radius, half, 0.0])
+    middle = np.array([top[0], top[1], GROUND + half])
+    return PosedGeom(mujoco.mjtGeom.mjGEOM_CYLINDER, size, middle, np.eye(3))
+
+
+def _axes_about(z: FloatArray) -> FloatArray:
+    """Return a rotation whose third column is z."""
+    helper = np.eye(3)[int(np.argmin(np.abs(z)))]
+    x = np.cross(helper, z)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])

@@ -1,4 +1,4 @@
-"""From a touch that tells much to where the tip goes for it: pure geometry with the tip as it is known so far."""
+"""From planned touches to poses of the tip: pure geometry with the current estimate of the tip."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,28 +8,28 @@ import numpy as np
 
 from palpate.controllers.touch_sequence import TouchStep
 from palpate.errors import FloatArray
-from palpate.experiments.tip_calibration.bench import PLATE_HALF, ROD_HALF, SPREAD
+from palpate.experiments.tip_calibration.known import PLATE_HALF, ROD_HALF, SPREAD
 from palpate.sensing.tip_calibration import PlannedTouch, TargetKind, TouchTarget
 from palpate.sensing.tip_calibration.targets import across
 from palpate.sensing.tip_calibration.unknowns import TypedTip
 from palpate.spatial import Matrix, Vector, as_vector
 
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
-"""Multiples of it, without their whole part, are spread most evenly (van der Corput and Weyl)."""
+"""Golden ratio: fractional parts of its multiples are spread most evenly (van der Corput and Weyl)."""
 
 SPARE = 1e-3
-"""How much farther the tip stays off what it passes than it is uncertain [m]."""
+"""Distance of the tip from targets beyond their uncertainty [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Approach:
-    """How touches are approached.
+    """Approach of touches.
 
     Attributes:
-        tip: As it is known.
-        targets: Where they are thought to be.
-        uncertain: How far a surface may be from where it is thought to be [m].
-        forces: Of each touch, one after the other [N].
+        tip: Current estimate of the tip.
+        targets: Targets at their expected places.
+        uncertain: Largest distance of a surface from its expected place [m].
+        forces: Forces of each touch, one after the other [N].
     """
 
     tip: TypedTip
@@ -39,16 +39,16 @@ class Approach:
 
     @property
     def clearance(self) -> float:
-        """From the standoff to where the surface is thought to be [m]."""
+        """Distance from the standoff to the expected surface [m]."""
         return self.uncertain + SPARE
 
     @property
     def search_distance(self) -> float:
-        """From the standoff on [m]."""
+        """Largest distance of the search from the standoff [m]."""
         return self.clearance + self.uncertain
 
     def steps(self, touches: Sequence[PlannedTouch]) -> tuple[TouchStep, ...]:
-        """Return where the tip goes for each touch; those of a plate or rod are spread over it."""
+        """Return the poses of the tip for each touch; touches of a plate or rod are spread over it."""
         numbers = [count() for _ in self.targets]
         return tuple(self._step(touch, next(numbers[touch.target])) for touch in touches)
 
@@ -60,7 +60,7 @@ class Approach:
         )
 
     def _height(self, target: TouchTarget) -> float:
-        """Of the tip frame's origin, z from which no part of the tip reaches the target, however it turns [m]."""
+        """Return the lowest z of the tip frame's origin at which no turned tip reaches the target [m]."""
         rise = {
             TargetKind.PLANE: float(PLATE_HALF[0] * np.linalg.norm(target.unit[:2])),
             TargetKind.LINE: float(ROD_HALF * abs(target.unit[2])),
@@ -70,21 +70,21 @@ class Approach:
 
     @property
     def reach(self) -> float:
-        """How far the tip reaches from the tip frame's origin [m]."""
+        """Largest distance of the tip from the tip frame's origin [m]."""
         normals = np.concatenate([np.eye(3), -np.eye(3)])
         farthest = np.linalg.norm(tip_points(self.tip, normals) - self.tip.center, axis=1).max()
         return float(np.linalg.norm(self.tip.center) + farthest)
 
 
 def tip_points(tip: TypedTip, normals: FloatArray) -> FloatArray:
-    """Return where a tip's outward normals are these, both shape (n, 3), sensor frame [m]."""
+    """Return the points of a tip with given outward normals, both shape (n, 3), sensor frame [m]."""
     sizes = np.tile(tip.shape.sizes, (len(normals), 1))
     _, x = tip.shape.support(sizes, normals @ tip.rotation)
     return np.asarray(x @ tip.rotation.T + tip.center)
 
 
 def _spread(target: TouchTarget, number: int) -> FloatArray:
-    """Offset of a touch along what of a target is flat [m]."""
+    """Return the offset of a touch along the flat directions of a target [m]."""
     reach, unit = SPREAD[target.kind], target.unit
     share = np.array([(number + 0.5) * GOLDEN, (number + 0.5) * GOLDEN**2]) % 1.0
     along, beside = 2.0 * reach * (share - 0.5)
@@ -101,13 +101,13 @@ def _matrix(rotation: FloatArray) -> Matrix:
 def first_touches(
     tip: TypedTip, targets: Sequence[TouchTarget], force: float, turn: float
 ) -> tuple[PlannedTouch, ...]:
-    """Return the touches that come first: they find the targets, and the tip roughly.
+    """Return the first touches: they find the targets, and the tip roughly.
 
     Args:
-        tip: As typed.
-        targets: Where they are thought to be.
-        force: Largest of each touch [N].
-        turn: How far the tip may be turned [rad]; 0 for a robot that cannot.
+        tip: Typed tip.
+        targets: Targets at their expected places.
+        force: Largest force of each touch [N].
+        turn: Largest turn of the tip [rad]; 0 for a robot that cannot turn it.
     """
     return tuple(
         _touching(tip, i, target, rotation, inward, force)
@@ -117,7 +117,7 @@ def first_touches(
 
 
 def _first(target: TouchTarget, turn: float) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Orientations, and the directions of touches, base frame."""
+    """Yield orientations and directions of touches, base frame."""
     above = -target.unit if target.kind is TargetKind.PLANE else _across_line(target, DOWN)
     for rotation in _rotations(FIRST_SHARE * turn)[: FIRST[target.kind]]:
         yield rotation, above
@@ -131,7 +131,7 @@ def _first(target: TouchTarget, turn: float) -> Iterator[tuple[FloatArray, Float
 def _touching(
     tip: TypedTip, i: int, target: TouchTarget, rotation: FloatArray, inward: FloatArray, force: float
 ) -> PlannedTouch:
-    """The touch of a target along a direction."""
+    """Return the touch of a target along a direction."""
     normal = rotation.T @ inward
     (point,) = tip_points(tip, normal[None])
     position = np.array(target.place) - target.radius * inward - rotation @ point
@@ -141,24 +141,24 @@ def _touching(
 DOWN = np.array([0.0, 0.0, -1.0])
 
 FIRST_SHARE = 0.7
-"""Of how far the tip may be turned, it is for the first touches."""
+"""Turn of the first touches over the largest turn."""
 
 FIRST = {TargetKind.PLANE: 5, TargetKind.LINE: 3, TargetKind.POINT: 3}
-"""First touches from above, with the tip turned in so many ways."""
+"""Number of first touches from above, each with the tip turned differently."""
 
 SIDES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, -1.0, 0.0))
-"""Directions towards which the tip presses on rod and ball besides, half downwards."""
+"""Further directions, combined with downwards, in which the tip presses on rod and ball."""
 
 
 def _across_line(target: TouchTarget, direction: FloatArray) -> FloatArray:
-    """The part of a direction at right angles to a line, of length 1; 0 near the line. Of a point, it as it is."""
+    """Return the unit part of a direction normal to a line, 0 near the line; for a point, the direction."""
     left = direction - (direction @ target.unit) * target.unit if target.kind is TargetKind.LINE else direction
     length = float(np.linalg.norm(left))
     return left / length if length > 0.5 * float(np.linalg.norm(direction)) else np.zeros(3)
 
 
 def _rotations(turn: float) -> list[FloatArray]:
-    """Upright, and turned about x and y to either side."""
+    """Return rotations: upright, and turned about x and y to either side."""
     c, s = np.cos(turn), np.sin(turn)
     about_x = [np.array([[1.0, 0.0, 0.0], [0.0, c, -e * s], [0.0, e * s, c]]) for e in (1.0, -1.0)]
     about_y = [np.array([[c, 0.0, e * s], [0.0, 1.0, 0.0], [-e * s, 0.0, c]]) for e in (1.0, -1.0)]

@@ -1,4 +1,4 @@
-"""From a configuration to touches that can be carried out: everything is checked and built here."""
+"""From a configuration to touches of plate, rod and ball, checked and built."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -6,94 +6,287 @@ from dataclasses import dataclass, replace
 import msgspec
 import numpy as np
 
-from palpate.controllers import ForceGain, force_gain, tracking_delay
+from palpate.controllers import force_gain
 from palpate.controllers.explore_parameters import ACCELERATION
 from palpate.controllers.pose_motion import PoseMotionLimits
 from palpate.controllers.touch_sequence import TouchParameters, TouchSequence, TouchStep
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.allowed_speed import limits_allowing
-from palpate.experiments.kit.contact_checks import (
-    LEAST_FORCE,
-    LEAST_TOUCH_FORCE,
-    TOUCH_DEVIATIONS,
+from palpate.experiments.kit.checks import (
+    check_acceleration,
     check_compression,
+    check_force,
+    check_least_force,
 )
-from palpate.experiments.kit.experiment import DryRun, PlanDefaults
-from palpate.experiments.kit.limit_quantities import limit_quantities
+from palpate.experiments.kit.one_finger import OneFingerPlan, Setup, sensor_model, touch_threshold
 from palpate.experiments.kit.recorded_run import Recorded, carry_out
-from palpate.experiments.kit.run_checks import check_force
-from palpate.experiments.tip_calibration.bench import simulated_bench
 from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipCalibrationConfig
 from palpate.experiments.tip_calibration.felt import FeltTouches, felt_touches, joined_touches
 from palpate.experiments.tip_calibration.files import FILE_NAMES
-from palpate.experiments.tip_calibration.known import KnownBefore
+from palpate.experiments.tip_calibration.known import KnownBefore, simulated_bench
 from palpate.experiments.tip_calibration.places import Approach, first_touches
 from palpate.experiments.tip_calibration.touches_csv import read_touches, touches_text
 from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
 from palpate.reporting.data import Quantity
-from palpate.robots.finger_sensor import model_with_noise, noise_of
-from palpate.robots.fingertip import fingertip, only_finger
-from palpate.robots.in_scene import build
-from palpate.robots.known_truth import known_scene
+from palpate.robots.fingertip import fingertip
 from palpate.robots.robot import Robot
-from palpate.robots.task import RobotInScene, Task
-from palpate.runtime import Backend, FingerDescription, Limits
-from palpate.runtime.following import FollowingMaker
+from palpate.robots.task import Task
+from palpate.runtime import Limits
 from palpate.sensing.ft.sensor_file import SensorFile
 from palpate.sensing.tip_calibration import PlannedTouch, TipFit, Touches, TouchTarget
 from palpate.sim import SeededSensor
 from palpate.sim.presets import EXPLORE
 from palpate.spatial import as_vector
-from palpate.viewing import ViewScene
 
 ROOM = 0.03
-"""How far beyond the places of the touches the supervisor lets the tip frame go [m]."""
+"""Distance beyond the places of the touches that the supervisor allows [m]."""
 
 TOUCH_SHARE = 0.2
-"""Of the least force to press with, from which on there is a touch."""
+"""Touch threshold over the smallest force of a touch."""
 
-ABOVE = 0.02
-"""How far above all that is touched the tip starts [m]."""
+START_HEIGHT = 0.02
+"""Height of the tip above the bench at the start [m]."""
+
+MAX_TRAVEL_SPEED, MAX_TOUCH_LANDING_SPEED = 0.06, 0.004
+"""Largest speeds of travelling and landing [m/s]."""
+
+MAX_TURNING_SPEED = 0.6
+"""Largest angular speed [rad/s]; half of the supervisor's limit if that is less."""
+
+PLACE_SDS = 3.0
+"""Search distance in standard deviations of a target's place."""
+
+TIP_ERROR = 2e-3
+"""Largest distance of a typed tip's surface from the real one [m]."""
+
+LOCATED_ERROR = 6e-4
+"""Largest distance of a target's surface from its estimate after the first touches [m]."""
+
+STIFFNESS_FACTOR = 2.0
+"""Stiffness that landing and force control allow for, over the typed one: the stiffness is sought."""
+
+LONGEST_DURATION = 2.5
+"""Largest duration of a run over the expected one."""
+
+ROUNDS = 3
+"""Rounds in which touches of the targets alternate, so that slow changes are not taken for a target's."""
+
+MOTION_END = 0.8
+"""Time that the end of each motion adds [s]."""
+
+MILLI = 1e3
+"""mm per m."""
 
 
-def built(config: TipCalibrationConfig, robot: Robot) -> RobotInScene:
-    """Return the robot above what it touches; in a simulation with the tip that is sought.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TipPlan(OneFingerPlan):
+    """A run of touches. A `Plan`.
+
+    Attributes:
+        known: Prior knowledge of tip and targets.
+        parameters: Parameters of the controller.
+        planned: Touches of this run.
+        steps: Poses of the tip for these touches.
+        first: Earlier touches; None: these are the first.
+        first_text: Text of the earlier touches, as a log keeps it.
+    """
+
+    config: TipCalibrationConfig
+    known: KnownBefore
+    parameters: TouchParameters
+    planned: tuple[PlannedTouch, ...]
+    steps: tuple[TouchStep, ...]
+    first: Touches | None = None
+    first_text: str = ""
+
+    @property
+    def described(self) -> Robot:
+        """Robot whose fingertip is calibrated."""
+        return self.robot
+
+    def touches_of(self, recorded: Recorded) -> tuple[Touches | None, int]:
+        """Return all touches after a run, the earlier ones included, and how many steps did not come to rest.
+
+        Raises:
+            InvalidValueError: If there are no touches.
+        """
+        try:
+            felt = self._felt(recorded)
+        except InvalidValueError:
+            if self.first is None:
+                raise
+            return self.first, 0
+        return felt.touches if self.first is None else joined_touches(self.first, felt.touches), len(felt.unrested)
+
+    def _felt(self, recorded: Recorded) -> FeltTouches:
+        records = (piece.record() for piece in recorded.periods.pieces())
+        return felt_touches(records, recorded.controller.spans, [each.target for each in self.planned])
+
+    def controller(self) -> TouchSequence:
+        """Return a fresh controller."""
+        return TouchSequence(self.parameters, self.steps, self.period)
+
+    def attachments(self) -> Mapping[str, str]:
+        """Return the earlier touches."""
+        return {TOUCHES_TEXT: self.first_text} if self.first_text else {}
+
+    @property
+    def preparation(self) -> str:
+        """The first touches, if they have not been made."""
+        if self.first is not None:
+            return ""
+        return f"{len(self.steps)} first touches, to find plate, rod and ball"
+
+    def prepared(self) -> "TipPlan":
+        """Make the first touches, and plan the most informative further ones.
+
+        Raises:
+            InvalidValueError: If the first touches failed; the message names the reason.
+        """
+        if self.first is not None:
+            return self
+        run = carry_out(self)
+        try:
+            return self.after(touches_text(self._felt(run).touches, self.known.targets))
+        except InvalidValueError as error:
+            raise InvalidValueError(f"the first touches: {error} (the run: {run.run})") from None
+
+    def after(self, first_text: str) -> "TipPlan":
+        """Return the plan of the most informative touches after the first ones.
+
+        Args:
+            first_text: First touches, as a log keeps them.
+
+        Raises:
+            InvalidValueError: If the touches cannot be read or leave the workspace.
+        """
+        first = read_touches(first_text, TOUCHES_TEXT, self.known.targets).of(self.known.targets)
+        fit = self.known.fit(first)
+        left = max(self.config.touch_count - len(self.steps), 1)
+        planned = _in_rounds(self.known.telling(left, fit), len(self.known.targets))
+        approach = Approach(fit.unknowns.tip, _located_targets(fit), LOCATED_ERROR, self.config.forces)
+        steps = approach.steps(planned)
+        # with the places of the first touches, between which the robot starts again
+        limits = _workspace_limits(self.robot.file.limits, self.limits, (*self.steps, *steps))
+        parameters = replace(self.parameters, search_distance=approach.search_distance)
+        duration = _duration(parameters, steps)
+        return replace(
+            self,
+            setup=replace(self.setup, limits=limits),
+            expected_duration=duration,
+            longest_duration=LONGEST_DURATION * duration + 10.0,
+            planned=planned,
+            steps=steps,
+            parameters=parameters,
+            first=first,
+            first_text=first_text,
+        )
+
+
+def plan_touches(config: TipCalibrationConfig, robot: Robot, attachments: Mapping[str, str]) -> TipPlan:
+    """Check and build everything that touching needs.
+
+    Args:
+        config: Configuration.
+        robot: Robot that carries the fingertip.
+        attachments: Texts of a log; empty for a new run.
 
     Raises:
-        InvalidValueError: The tip is smaller than its compression, or a real one is asked to be another.
+        InvalidValueError: If the touches cannot be made; the message names the remedy.
     """
-    typed, real = fingertip(robot), robot.file.backend.REAL
-    if real and config.tip_is_other:
+    own, forces = robot.file.limits, config.forces
+    check_force(max(forces), max(forces), own)
+    setup = _setup(config, robot)
+    known = KnownBefore.of(config, robot, turns=setup.turns)
+    option = f"forces: the least is {min(forces):g} N and"
+    check_least_force(option, min(forces), setup.ready.touch_force, "press more")
+    landing = setup.ready.landing_model(STIFFNESS_FACTOR * config.stiffness)
+    travel = min(MAX_TRAVEL_SPEED, landing.fastest(own.force, own.largest_impact))
+    setup = setup.allowing(f"travel at {travel:g} m/s", travel, landing)
+    check_acceleration("the acceleration of travelling", ACCELERATION, own, "raise the limit")
+    approach = Approach(known.tip, known.targets, PLACE_SDS * config.place_sd + TIP_ERROR, forces)
+    planned = first_touches(known.tip, known.targets, max(forces), known.turn)
+    steps = approach.steps(planned)
+    turning = min(MAX_TURNING_SPEED, 0.5 * own.angular_speed) if known.turn else 0.0
+    parameters = TouchParameters(
+        force_gain(landing.stiffness, landing.delay),
+        PoseMotionLimits.stable(travel, turning, ACCELERATION, setup.lead),
+        approach.search_distance,
+        landing_speed=min(MAX_TOUCH_LANDING_SPEED, landing.speed(min(forces), setup.ready.touch_force)),
+    )
+    duration = _duration(parameters, steps)
+    still = () if known.turn else ("This robot does not turn its tip: fewer touches tell its orientation.",)
+    plan = TipPlan(
+        setup=replace(setup, limits=_workspace_limits(own, setup.limits, steps)),
+        config=config,
+        title="Calibration of a fingertip by touches",
+        quantities=_quantities(config, parameters, known.turn, len(steps), duration),
+        expected_duration=duration,
+        longest_duration=LONGEST_DURATION * duration + 10.0,
+        files=FILE_NAMES,
+        notes=still,
+        known=known,
+        parameters=parameters,
+        planned=planned,
+        steps=steps,
+    )
+    kept = attachments.get(TOUCHES_TEXT)
+    return plan if kept is None else plan.after(kept)
+
+
+def _quantities(
+    config: TipCalibrationConfig, parameters: TouchParameters, turn: float, count: int, duration: float
+) -> tuple[Quantity, ...]:
+    """Return the quantities of a dry run, whose first `count` touches take a duration [s]."""
+    forces, whole = config.forces, duration * config.touch_count / count
+    margin = parameters.gain.phase_margin_deg
+    return (
+        Quantity("touches", config.touch_count, "", f"{count} to find plate, rod and ball, then the rest"),
+        Quantity("expected duration", whole, "s", "all touches"),
+        Quantity("forces", len(forces), "", ", ".join(f"{each:g} N" for each in forces)),
+        Quantity("greatest force asked for", max(forces), "N"),
+        Quantity("landing speed", MILLI * parameters.landing_speed, "mm/s"),
+        Quantity("travel speed", MILLI * parameters.travel.speed, "mm/s"),
+        Quantity("search distance", MILLI * parameters.search_distance, "mm", "of the first touches"),
+        Quantity("turn of the tip, largest", turn, "rad"),
+        Quantity("phase margin of pressing", margin, "deg", "at the typed stiffness"),
+    )
+
+
+def _setup(config: TipCalibrationConfig, robot: Robot) -> Setup:
+    """Return the robot above the bench; in a simulation with the true tip.
+
+    Raises:
+        InvalidValueError: If the tip is smaller than its compression, or a real tip is to be another.
+    """
+    typed = fingertip(robot)
+    if robot.file.backend.REAL and config.tip_is_other:
         raise InvalidValueError(
             "unknown_tip, size_error, center_error, turn_error, stiffness_ratio: are for simulations; a real tip "
             "is what it is: leave them out"
         )
     errors = TipErrors.of(config)
-    tip = true_tip(typed, errors) if config.tip_is_other else typed
     stiffness = config.stiffness * errors.stiffness
     check_compression(typed.half_extents, max(config.forces), stiffness)
-    model = model_with_noise(only_finger(robot), config.force_noise, config.moment_noise)
-    noise, _ = noise_of(model)
+    model = sensor_model(robot, config.force_noise, config.moment_noise)
     x, y, _ = typed.center
     reach = float(np.linalg.norm(typed.center)) + max(typed.half_extents)
     target = simulated_bench(config)
-    start = (-x, -y, target.top + reach + ABOVE)
     task = Task(
-        tip=tip,
+        tip=true_tip(typed, errors) if config.tip_is_other else typed,
         compression=0.5 * max(config.forces) / config.stiffness,
         target=target,
         law=replace(EXPLORE.law, stiffness=stiffness, friction=config.friction, spin_length=config.spin_length),
-        start=start,
+        start=(-x, -y, target.top + reach + START_HEIGHT),
         period=robot.file.period,
         sensor=SeededSensor(model, config.seed),
-        touch_force=max(LEAST_TOUCH_FORCE, TOUCH_DEVIATIONS * noise),
+        touch_force=touch_threshold(model),
         believed=typed,
     )
-    return build(_heedless_of_drift(robot, TOUCH_SHARE * min(config.forces)), task)
+    return Setup.build(_insensitive_to_drift(robot, TOUCH_SHARE * min(config.forces)), task, config.stiffness)
 
 
-def _heedless_of_drift(robot: Robot, touch_force: float) -> Robot:
-    """The same robot, whose sensor takes only so much force [N] for a touch, and less for a zero that drifts.
+def _insensitive_to_drift(robot: Robot, touch_force: float) -> Robot:
+    """Return the robot with a touch threshold of at least `touch_force` [N].
 
     A calibration takes minutes, in which a zero drifts past what its file allows; each touch finds it again.
     """
@@ -109,16 +302,16 @@ def _heedless_of_drift(robot: Robot, touch_force: float) -> Robot:
     return replace(robot, sensors=tuple(raised(sensor) for sensor in robot.sensors))
 
 
-def workspace_of(robot: Limits, limits: Limits, steps: Sequence[TouchStep]) -> Limits:
+def _workspace_limits(robot: Limits, limits: Limits, steps: Sequence[TouchStep]) -> Limits:
     """Return limits with as much of the robot's workspace as touches need.
 
     Args:
-        robot: The robot's own.
-        limits: For this run.
-        steps: Where the tip goes.
+        robot: Limits of the robot.
+        limits: Limits of this run.
+        steps: Poses of the tip.
 
     Raises:
-        InvalidValueError: They need more.
+        InvalidValueError: If the touches leave the robot's workspace.
     """
     places = np.array([(*step.standoff[:2], z) for step in steps for z in (step.standoff[2], step.height)])
     low, high = places.min(axis=0), places.max(axis=0)
@@ -134,243 +327,8 @@ def workspace_of(robot: Limits, limits: Limits, steps: Sequence[TouchStep]) -> L
     return msgspec.structs.replace(limits, workspace_lower=as_vector(lower), workspace_upper=as_vector(upper))
 
 
-TRAVEL_SPEED, FASTEST_LANDING = 0.06, 0.004
-"""At most [m/s]."""
-
-TURNING = 0.6
-"""At most [rad/s]; and at most half of the supervisor's limit."""
-
-UNCERTAIN_SDS = 3.0
-"""How many standard deviations of a place it is looked for."""
-
-TIP_ERROR = 2e-3
-"""How far a typed tip's surface may be from the real one, besides [m]."""
-
-KNOWN_AFTER = 6e-4
-"""How far a surface may be from where it is thought to be once the first touches are made [m]."""
-
-LONGEST = 2.5
-"""Times the expected duration, after which a run is stopped."""
-
-BLOCKS_OF = 3
-"""Touches of one target are made in so many turns, so that what changes with time is not taken for a target's."""
-
-MILLI = 1e3
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TipPlan(PlanDefaults):
-    """A run of touches. A `Plan`.
-
-    Attributes:
-        config: What was asked for.
-        robot: What carries it out.
-        known: Before anything is touched.
-        ready: The robot, over what it touches.
-        parameters: For the controller.
-        limits: For the supervisor.
-        planned: Touches of this run.
-        steps: Where the tip goes for them.
-        first: Touches that were made before; None: these are the first.
-        first_text: The same, as a log keeps them.
-    """
-
-    config: TipCalibrationConfig
-    robot: Robot
-    known: KnownBefore
-    ready: RobotInScene
-    parameters: TouchParameters
-    limits: Limits
-    planned: tuple[PlannedTouch, ...]
-    steps: tuple[TouchStep, ...]
-    first: Touches | None = None
-    first_text: str = ""
-
-    @property
-    def fingers(self) -> tuple[FingerDescription, ...]:
-        """See `Plan`."""
-        return (self.ready.finger,)
-
-    @property
-    def following(self) -> FollowingMaker:
-        """See `Plan`."""
-        return self.ready.servo.following(self.limits.force)
-
-    @property
-    def expected_duration(self) -> float:
-        """See `Plan`; without the touches that come first."""
-        return _duration(self.parameters, self.steps)
-
-    @property
-    def longest_duration(self) -> float:
-        """See `Plan`."""
-        return LONGEST * self.expected_duration + 10.0
-
-    @property
-    def described(self) -> Robot:
-        """The robot whose fingertip it is."""
-        return self.robot
-
-    def touches_of(self, recorded: Recorded) -> tuple[Touches | None, int]:
-        """Return all touches after a run, those that came first included, and how many steps did not rest.
-
-        Raises:
-            InvalidValueError: There are none.
-        """
-        try:
-            felt = self._felt(recorded)
-        except InvalidValueError:
-            if self.first is None:
-                raise
-            return self.first, 0
-        return felt.touches if self.first is None else joined_touches(self.first, felt.touches), len(felt.unrested)
-
-    def _felt(self, recorded: Recorded) -> FeltTouches:
-        records = (piece.record() for piece in recorded.periods.pieces())
-        return felt_touches(records, recorded.controller.spans, [each.target for each in self.planned])
-
-    def backend(self) -> Backend:
-        """See `Plan`."""
-        return built(self.config, self.robot).backend
-
-    def controller(self) -> TouchSequence:
-        """See `Plan`."""
-        return TouchSequence(self.parameters, self.steps, self.ready.backend.period)
-
-    def texts(self) -> Mapping[str, str]:
-        """See `Plan`: the touches that came first."""
-        return {TOUCHES_TEXT: self.first_text} if self.first_text else {}
-
-    @property
-    def preparation(self) -> str:
-        """See `Plan`."""
-        if self.first is not None:
-            return ""
-        return f"{len(self.steps)} first touches, to find plate, rod and ball"
-
-    def prepared(self) -> "TipPlan":
-        """See `Plan`: make the first touches, and plan those that tell most."""
-        if self.first is not None:
-            return self
-        run = carry_out(self)
-        try:
-            return self.after(touches_text(self._felt(run).touches, self.known.targets))
-        except InvalidValueError as error:
-            raise InvalidValueError(f"the first touches: {error} (the run: {run.run})") from None
-
-    def after(self, first_text: str) -> "TipPlan":
-        """Return the plan of the touches that tell most after the first ones, which are given as a log keeps them.
-
-        Raises:
-            InvalidValueError: Those cannot be.
-        """
-        first = read_touches(first_text, TOUCHES_TEXT, self.known.targets).of(self.known.targets)
-        fit = self.known.fit(first)
-        left = max(self.config.touch_count - len(self.steps), 1)
-        planned = _in_turns(self.known.telling(left, fit), len(self.known.targets))
-        approach = Approach(fit.unknowns.tip, found_targets(fit), KNOWN_AFTER, self.config.forces)
-        steps = approach.steps(planned)
-        # with the places of the first touches, between which the robot starts again
-        limits = workspace_of(self.robot.file.limits, self.limits, (*self.steps, *steps))
-        parameters = replace(self.parameters, search_distance=approach.search_distance)
-        return replace(
-            self,
-            planned=planned,
-            steps=steps,
-            limits=limits,
-            parameters=parameters,
-            first=first,
-            first_text=first_text,
-        )
-
-    def dry_run(self) -> DryRun:
-        """See `Plan`."""
-        config, count = self.config, len(self.steps)
-        return DryRun(
-            "Calibration of a fingertip by touches",
-            (
-                Quantity("touches", config.touch_count, "", f"{count} to find plate, rod and ball, then the rest"),
-                Quantity("expected duration", self._all_of_it, "s", "all touches"),
-                Quantity("forces", len(config.forces), "", ", ".join(f"{each:g} N" for each in config.forces)),
-                Quantity("greatest force asked for", max(config.forces), "N"),
-                Quantity("landing speed", MILLI * self.parameters.landing_speed, "mm/s"),
-                Quantity("travel speed", MILLI * self.parameters.travel.speed, "mm/s"),
-                Quantity("search distance", MILLI * self.parameters.search_distance, "mm", "of the first touches"),
-                Quantity("turn of the tip, largest", self.known.turn, "rad"),
-                Quantity(
-                    "phase margin of pressing",
-                    self.parameters.gain.phase_margin_deg,
-                    "deg",
-                    "at the typed stiffness",
-                ),
-                *limit_quantities(self.limits, self.ready.landing_model(config.stiffness)),
-            ),
-            FILE_NAMES,
-            () if self.known.turn else ("This robot does not turn its tip: fewer touches tell its orientation.",),
-        )
-
-    @property
-    def _all_of_it(self) -> float:
-        return self.expected_duration * self.config.touch_count / len(self.steps)
-
-    def view(self) -> ViewScene:
-        """See `Plan`."""
-        from palpate.experiments.kit.scene_view import scene_view  # with MuJoCo's meshes
-
-        title = f"Calibration of a fingertip, {self.config.robot}"
-        return scene_view(title, known_scene(self.ready.backend).model)
-
-
-def plan_touches(config: TipCalibrationConfig, robot: Robot, texts: Mapping[str, str]) -> TipPlan:
-    """Check and build everything that touching needs.
-
-    Args:
-        config: What to do.
-        robot: What carries it out.
-        texts: As a log keeps them; empty for a new run.
-
-    Raises:
-        InvalidValueError: It cannot be carried out; the message names the remedy.
-    """
-    limits = robot.file.limits
-    check_force(max(config.forces), max(config.forces), limits)
-    ready = built(config, robot)
-    turns = robot.file.backend.TURNS and (ready.arm is None or ready.arm.turns)
-    known = KnownBefore.of(config, robot, turns=turns)
-    least = LEAST_FORCE * ready.touch_force
-    if min(config.forces) < least * (1.0 - 1e-12):
-        raise InvalidValueError(
-            f"forces: the least is {min(config.forces):g} N and must be at least {least:.3g} N, {LEAST_FORCE:g} "
-            "times what counts as a touch; press more"
-        )
-    landing = ready.landing_model(STIFFEST * config.stiffness)
-    travel = min(TRAVEL_SPEED, landing.fastest(limits.force, limits.largest_impact))
-    limits = limits_allowing(limits, f"travel at {travel:g} m/s", travel, landing)
-    approach = Approach(known.tip, known.targets, UNCERTAIN_SDS * config.place_sd + TIP_ERROR, config.forces)
-    planned = first_touches(known.tip, known.targets, max(config.forces), known.turn)
-    steps = approach.steps(planned)
-    gain: ForceGain = force_gain(landing.stiffness, landing.delay)
-    delay = tracking_delay(ready.backend.period, ready.lag, ready.finger.pipeline().delay)
-    turning = min(TURNING, 0.5 * robot.file.limits.angular_speed) if known.turn else 0.0
-    parameters = TouchParameters(
-        gain,
-        PoseMotionLimits.stable(travel, turning, ACCELERATION, delay),
-        approach.search_distance,
-        landing_speed=min(FASTEST_LANDING, landing.speed(min(config.forces), ready.touch_force)),
-    )
-    plan = TipPlan(
-        config, robot, known, ready, parameters, workspace_of(robot.file.limits, limits, steps), planned, steps
-    )
-    kept = texts.get(TOUCHES_TEXT)
-    return plan if kept is None else plan.after(kept)
-
-
-STIFFEST = 2.0
-"""Times the stiffness that is typed, which landing and force control still bear: it is what is sought."""
-
-
-def found_targets(fit: TipFit) -> tuple[TouchTarget, ...]:
-    """Return the targets where touches have found them."""
+def _located_targets(fit: TipFit) -> tuple[TouchTarget, ...]:
+    """Return the targets at their estimated places."""
     places = fit.unknowns.places(fit.values)
     return tuple(
         replace(target, place=tuple(place.tolist()), direction=tuple(direction.tolist()))
@@ -378,25 +336,25 @@ def found_targets(fit: TipFit) -> tuple[TouchTarget, ...]:
     )
 
 
-def _in_turns(touches: Sequence[PlannedTouch], targets: int) -> tuple[PlannedTouch, ...]:
-    """The same touches, target by target, in a few turns."""
-    of = [[each for each in touches if each.target == i] for i in range(targets)]
+def _in_rounds(touches: Sequence[PlannedTouch], targets: int) -> tuple[PlannedTouch, ...]:
+    """Return touches target by target, in several rounds."""
+    by_target = [[each for each in touches if each.target == i] for i in range(targets)]
     found: list[PlannedTouch] = []
-    for turn in range(BLOCKS_OF):
-        for each in of:
-            size = -(-len(each) // BLOCKS_OF)
+    for turn in range(ROUNDS):
+        for each in by_target:
+            size = -(-len(each) // ROUNDS)
             found += each[turn * size : (turn + 1) * size]
     return tuple(found)
 
 
 def _duration(parameters: TouchParameters, steps: Sequence[TouchStep]) -> float:
-    """About how long touches take [s]."""
+    """Return the expected duration of touches [s]."""
     travel, total = parameters.travel, 0.0
     for before, step in zip(steps, (*steps[1:], steps[-1]), strict=True):
         high = max(before.height, step.height)
         across = float(np.linalg.norm(np.subtract(before.standoff[:2], step.standoff[:2])))
         length = 2.0 * high - before.standoff[2] - step.standoff[2] + across
-        total += length / travel.speed + 3.0 * ENDING
+        total += length / travel.speed + 3.0 * MOTION_END
     at_forces = parameters.air_time + parameters.settle_time + parameters.rest_time + parameters.hold_time
     each = (
         0.5 * parameters.search_distance * (1.0 / parameters.landing_speed + 1.0 / travel.speed)
@@ -404,7 +362,3 @@ def _duration(parameters: TouchParameters, steps: Sequence[TouchStep]) -> float:
         + parameters.settle_time
     )
     return total + sum(each + at_forces * len(step.forces) for step in steps)
-
-
-ENDING = 0.8
-"""[s] That the end of each motion takes besides."""

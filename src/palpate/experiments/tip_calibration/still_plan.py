@@ -146,7 +146,7 @@ class StillPlan(PlanDefaults):
         """See `Plan`."""
         return NothingToDo()
 
-    def texts(self) -> Mapping[str, str]:
+    def attachments(self) -> Mapping[str, str]:
         """See `Plan`: the robot's files, and the touches."""
         return dict(self.described.texts) | ({TOUCHES_TEXT: self.touches_file} if self.touches_file else {})
 
@@ -167,7 +167,7 @@ class StillPlan(PlanDefaults):
         return plan_touches(moving, self.described, {}).view()
 
 
-def plan_still(config: TipCalibrationConfig, robot: Robot, texts: Mapping[str, str]) -> StillPlan:
+def plan_still(config: TipCalibrationConfig, robot: Robot, attachments: Mapping[str, str]) -> StillPlan:
     """Read and check the touches.
 
     Raises:
@@ -175,7 +175,7 @@ def plan_still(config: TipCalibrationConfig, robot: Robot, texts: Mapping[str, s
     """
     turns = RobotKind.TURNS if config.touches is not None else robot.file.backend.TURNS  # by hand all turns
     known = KnownBefore.of(config, robot, turns=turns)
-    kept = texts.get(TOUCHES_TEXT)
+    kept = attachments.get(TOUCHES_TEXT)
     if kept is not None:
         file, text = read_touches(kept, TOUCHES_TEXT, known.targets), kept
     elif config.touches is not None:
