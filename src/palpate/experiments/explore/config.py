@@ -19,16 +19,12 @@ from palpate.experiments.kit.checks import (
     MIN_TOUCH_FORCE,
     TOUCH_DEVIATIONS,
     check_change_names,
-    check_force_noise,
-    check_friction,
     check_length,
-    check_period,
-    check_spin_length,
-    check_tip,
     spaced,
     speed_hint,
 )
-from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, check_options, option
+from palpate.experiments.kit.options import TOUCHED, check_options, option, own_first, with_default
+from palpate.experiments.kit.scene_options import ContactOptions, ObjectOptions, PressingOptions, SceneOptions
 
 StrategyName = Literal["raster", "spiral", "contour", "taps", "active"]
 CurveName = Literal["level", "edge"]
@@ -76,8 +72,9 @@ LIVE = ("force", "speed", "force_gain")
 """Live parameters: they may be changed while an exploration runs."""
 
 
-@dataclass(frozen=True, slots=True)
-class ExploreConfig:
+@own_first
+@dataclass(frozen=True)
+class ExploreConfig(PressingOptions, ObjectOptions):
     """Explore the surface of a simulated object by touch, and draw it.
 
     A fingertip on a six-axis force/torque sensor, carried by a simulated stage or arm (--robot), lands on the
@@ -93,28 +90,22 @@ class ExploreConfig:
     or palpate explore --strategy active --object bumps --accuracy 2e-5
     """
 
-    object: ObjectName = option("sphere", fixed=TOUCHED)
+    object: ObjectName = with_default(ObjectOptions, "object", "sphere")
     """What to touch, from above. Its middle is at the origin; a height field's over it, with the heights as they
     are; a mesh stands on z = 0, turned as in the file, the middle of its bounding box over the origin, and so does
     what is touched of a scene, with all around it; its joints are held where the file puts them."""
-    size: tuple[float, ...] = option((), "m", fixed=TOUCHED)
+    size: tuple[float, ...] = with_default(ObjectOptions, "size", ())
     """Size of the object [m]: a sphere's radius; an ellipsoid's three semi-axes; a box's length, width and
     height; a cylinder's radius and length; a torus's radii of ring and tube; amplitude, wavelength and side of
     bumps; a height field's width and depth, if its file has none. Left out: 40 mm; 50, 40, 30 mm; 80, 80,
     40 mm; 30, 120 mm; 60, 25 mm; 3, 60, 180 mm."""
-    file: Path | None = option(None, fixed=TOUCHED)
+    file: Path | None = with_default(PressingOptions, "file", None)
     """What describes a mesh (STL, OBJ or PLY; closed, in metres) or a height-field (CSV with columns x_m, y_m and
     z_m on a regular grid, as an exploration's height_map.csv; or z alone, a line for each y, as CSV or .npy), or a
     scene (MJCF, with the meshes that it names beside it)."""
     scale: float = option(1.0, fixed=TOUCHED)
     """Metres per unit of that file: 0.001 if it is in millimetres."""
-    touch: str = option("", fixed=TOUCHED, of=("object", ("scene",)))
-    """scene: the geom to touch, or a body with one geom that collides. Left out: the only such geom there is."""
-    tip: tuple[float, ...] = option((), "m", check=check_tip)
-    """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
-    noise and period below: the robot file's."""
-    force: float = option(2.0, "N")
-    """Normal force to hold [N]."""
+    force: float = with_default(PressingOptions, "force", 2.0)
     force_swing: float = option(0.0, "N", bound="not negative")
     """Let the force swing about that as a sine, so far up and down [N], while the tip slides: then the map tells
     how stiff the object is where it went, as for --force-swing 0.5. Left out: the force is constant, and stiffness
@@ -122,9 +113,6 @@ class ExploreConfig:
     force_period: float = option(1.0, "s", bound="positive")
     """How long a swing takes [s]. Stiffness is a mean over the path of a whole swing, 20 mm at 20 mm/s; in a
     faster swing, contact damping is mistaken for stiffness."""
-    identify: bool = option(False, fixed="the log keeps what pressing has found")
-    """Press first, where the exploration begins, for half a minute, to find stiffness and delay of contact and
-    robot, and hold the force by the result. Otherwise the gain is computed from --stiffness and the robot file."""
     speed: float = option(0.02, "m/s")
     """Speed along the surface [m/s]."""
     strategy: StrategyName = "raster"
@@ -164,27 +152,12 @@ class ExploreConfig:
     beyond: bool = option(False, of=_WITHIN)
     """raster, spiral, taps, active: also go where the object may end or be too steep, as on an unknown object.
     What cannot be felt there is marked instead of being refused beforehand."""
-    friction: float = option(0.3, fixed=TOUCHED, symbol="mu", check=check_friction)
-    """Friction coefficient between tip and object."""
-    spin_length: float = option(0.004, "m", fixed=TOUCHED, symbol="e", check=check_spin_length)
-    """Largest spin torque per largest friction force [m]."""
-    stiffness: float = option(20e3, "N/m", bound="positive")
+    friction: float = with_default(SceneOptions, "friction", 0.3)
+    spin_length: float = with_default(SceneOptions, "spin_length", 0.004)
+    stiffness: float = with_default(ContactOptions, "stiffness", 20e3)
     """Contact stiffness [N/m]. The compliance correction takes it as known, and without --identify so does the
     controller's gain."""
-    force_noise: float | None = option(None, "N", fixed=NOISY, check=check_force_noise)
-    """Standard deviation of the sensor's force noise [N], each axis."""
-    moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
-    """Standard deviation of the sensor's moment noise [N m], each axis."""
-    seed: int = 0
-    """Seed of the noise: the same seed gives the same run."""
-    period: float | None = option(None, "s", fixed=PERIODIC, check=check_period)
-    """Control period [s]."""
-    change: tuple[tuple[float, str, float], ...] = option((), fixed=CHANGED, once=True)
-    """Change force [N], speed [m/s] or force_gain [m/s/N] while it runs: seconds after the start, name, new value,
-    as in --change 5 force 3 6 speed 0.05. The start is that of the run, landing included. The change is ramped, so
-    that nothing jumps."""
-    robot: str = "stage"
-    """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
+    robot: str = with_default(SceneOptions, "robot", "stage")
     out: Path = Path("runs/explore")
     """Folder for the report, the points and the map."""
 

@@ -8,14 +8,16 @@ from typing import Literal
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.checks import (
     MAX_FORCE,
-    check_force_noise,
-    check_friction,
-    check_period,
     check_size,
-    check_spin_length,
-    check_tip,
 )
-from palpate.experiments.kit.options import NOISY, PERIODIC, TOUCHED, check_options, option
+from palpate.experiments.kit.options import TOUCHED, check_options, option, own_first, with_default
+from palpate.experiments.kit.scene_options import (
+    DriftOptions,
+    FingerOptions,
+    LimitSurfaceOptions,
+    ObjectOptions,
+    SceneOptions,
+)
 from palpate.friction.limit_surface import LimitSurface
 
 RubbedName = Literal["plate", "box", "sphere"]
@@ -56,8 +58,9 @@ LIBRARY_TEXT = "library.yaml"
 """Under this name a log keeps the library."""
 
 
-@dataclass(frozen=True, slots=True)
-class FrictionConfig:
+@own_first
+@dataclass(frozen=True)
+class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions):
     """Rub a fingertip on an unknown surface, to measure what a contact there bears before it slips.
 
     A fingertip on a six-axis force/torque sensor lands, presses with each load, slides there and back, turns about
@@ -92,22 +95,18 @@ class FrictionConfig:
     Afterwards `palpate replay runs/friction` computes every command again, from the log.
     """
 
-    object: RubbedName = option("plate", fixed=TOUCHED)
+    object: RubbedName = with_default(ObjectOptions, "object", "plate")
     """What is rubbed: the top of a plate of 0.2 x 0.2 m, of a box of 80 x 80 x 40 mm, or of a sphere of 40 mm
     radius."""
-    size: tuple[float, ...] = option((), "m", fixed=TOUCHED)
+    size: tuple[float, ...] = with_default(ObjectOptions, "size", ())
     """Of the object [m]: three lengths of plate or box, the radius of a sphere. Left out: as above."""
-    friction: float = option(0.5, fixed=TOUCHED, symbol="mu", check=check_friction)
+    friction: float = with_default(SceneOptions, "friction", 0.5)
     """True friction coefficient mu of the simulated surface; its kinetic one if the friction plant rubs."""
-    spin_length: float = option(0.003, "m", fixed=TOUCHED, symbol="e", check=check_spin_length)
-    """Its true e at 1 N: largest spin torque per largest friction force [m]."""
-    norm_exponent: float | None = option(None, fixed=TOUCHED, bound="positive", symbol="p")
-    """Its true p: how force and torque share, 2 (ellipse) to 1 (diamond). This and the next five make the friction
-    plant rub; with all of them left out it is MuJoCo, whose friction is an ellipse."""
-    load_exponent: float | None = option(None, fixed=TOUCHED, bound="not negative", symbol="gamma")
-    """Its true gamma: e grows as load^gamma, 0 to 1/3."""
+    spin_length: float = with_default(SceneOptions, "spin_length", 0.003)
+    """True e of the simulated surface at 1 N: largest spin torque per largest friction force [m]."""
     static_friction: float | None = option(None, fixed=TOUCHED, bound="positive")
-    """Its true mu at rest, at least --friction."""
+    """True mu at rest, at least --friction. This, the next three, --norm-exponent and --load-exponent make the
+    friction plant rub; with all of them left out it is MuJoCo, whose friction is an ellipse."""
     stribeck_speed: float | None = option(None, "m/s", fixed=TOUCHED, bound="positive")
     """How fast mu falls from static to kinetic [m/s]; goes with --static-friction. Left out: 0.01."""
     viscous_friction: float | None = option(None, "s/m", fixed=TOUCHED, bound="not negative")
@@ -145,25 +144,14 @@ class FrictionConfig:
     """What the intervals allow for the sensor's calibration: standard deviation of the ratio of two loads on
     different axes. 0.003 after a calibration on the spot, 0.01 as sensors are delivered. Left out: 0.003; of a
     simulated sensor 0.001 without cross-talk, 0.01 with it."""
-    drift: float = option(0.0, "N/min", fixed=NOISY, bound="not negative")
+    drift: float = with_default(DriftOptions, "drift", 0.0)
     """Of the sensor's zero along its z [N/min], and a hundredth of that about x [N m/min]. The finger feels the
     zero in free air before and after. A robot whose sensor is perfect needs --force-noise and --moment-noise."""
-    tip: tuple[float, ...] = option((), "m", check=check_tip)
-    """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
-    the next three: the robot file's."""
-    force_noise: float | None = option(None, "N", fixed=NOISY, check=check_force_noise)
-    """Standard deviation of the sensor's force noise [N], each axis."""
-    moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
-    """Standard deviation of the sensor's moment noise [N m], each axis."""
-    period: float | None = option(None, "s", fixed=PERIODIC, check=check_period)
-    """Control period [s]."""
-    seed: int = 0
-    """Seed of the noise: the same seed gives the same run."""
     library: Path | None = option(None, fixed="a replay recognises nothing; rub again", kept=LIBRARY_TEXT)
     """Library of surfaces (YAML), or `simulated` for the one that comes with palpate, materials/simulated.yaml in
     its package: the surface is recognised among them, or as none of them, and the most informative next
     touch is recommended. The report names the file that was read, and each of its surfaces."""
-    robot: str = "turning-stage"
+    robot: str = with_default(SceneOptions, "robot", "turning-stage")
     """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file. One
     that cannot turn its tip finds mu, but not e."""
     out: Path = Path("runs/friction")

@@ -8,7 +8,8 @@ from typing import Literal
 from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.grip_laws import COULOMB, LIMIT_SURFACE, check_grip_law
 from palpate.experiments.kit.checks import check_friction, check_seed, check_size, check_spin_length
-from palpate.experiments.kit.options import NOISY, check_options, option
+from palpate.experiments.kit.options import NOISY, TOUCHED, check_options, option, own_first, with_default
+from palpate.experiments.kit.scene_options import DriftOptions, LimitSurfaceOptions, ObjectOptions, SceneOptions
 
 HeldName = Literal["box", "cylinder", "sphere"]
 LoadName = Literal["ramp", "step", "shake", "none"]
@@ -61,13 +62,13 @@ THREE = 3
 KNOWN_TEXT = "friction.yaml"
 """Under this name a log keeps what rubbing had found, if that was planned with."""
 
-FELT = "the samples are as recorded, of the object that was held"
 PULLED = "the samples are as recorded, with what pulled then"
 """Why a replay cannot change an option."""
 
 
-@dataclass(frozen=True, slots=True)
-class GraspConfig:
+@own_first
+@dataclass(frozen=True)
+class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions):
     """Grip an object, lift it, pull at it, set it down; see whether it slips or spins, and what grip it took.
 
     A simulated hand with a force/torque sensor behind each fingertip closes on an object on a table, lifts it and
@@ -114,27 +115,23 @@ class GraspConfig:
     palpate grasp --robot emulated-hand
     """
 
-    object: HeldName = option("box", fixed=FELT)
+    object: HeldName = with_default(ObjectOptions, "object", "box")
     """What is held: a box, an upright cylinder, or a sphere, standing on a table. Three fingers take no box."""
-    size: tuple[float, ...] = option((), "m", fixed=FELT)
+    size: tuple[float, ...] = with_default(ObjectOptions, "size", ())
     """Of the object [m]: three lengths of a box (the first between the fingers), radius and height of a cylinder,
     the radius of a sphere. Left out: 0.06 0.05 0.06, 0.03 0.06 and 0.03."""
-    mass: float = option(0.1, "kg", fixed=FELT, bound="positive")
+    mass: float = option(0.1, "kg", fixed=TOUCHED, bound="positive")
     """Of the object [kg]."""
     fingers: int = option(2, fixed="the samples are as recorded, of the fingers that there were")
     """How many the hand has: 2 (a parallel gripper) or 3."""
-    friction: float | None = option(None, fixed=FELT, symbol="mu", check=check_friction)
-    """True friction coefficient mu between fingertips and object. Left out, as the next three: that of
-    --friction-file, else 0.5."""
-    spin_length: float | None = option(None, "m", fixed=FELT, symbol="e", check=check_spin_length)
+    friction: float | None = with_default(SceneOptions, "friction", None)
+    """True friction coefficient mu between fingertips and object. Left out, as spin_length, norm_exponent and
+    load_exponent: that of --friction-file, else 0.5."""
+    spin_length: float | None = with_default(SceneOptions, "spin_length", None)
     """True e at 1 N: largest spin torque per largest friction force [m]. Left out, and nothing found: 0.004."""
-    norm_exponent: float | None = option(None, fixed=FELT, bound="positive", symbol="p")
-    """True p: how force and torque share, 2 (ellipse) to 1 (diamond). Left out, and nothing found: 2. What is not
-    an ellipse of constant size is rubbed by the friction plant."""
-    load_exponent: float | None = option(None, fixed=FELT, bound="not negative", symbol="gamma")
-    """True gamma: e grows as load^gamma, 0 to 1/3. Left out, and nothing found: 0."""
-    plant: bool = option(False, fixed=FELT)
-    """Rub by the friction plant, whose contacts stick on bristles and report slip, not by MuJoCo."""
+    plant: bool = option(False, fixed=TOUCHED)
+    """Rub by the friction plant, whose contacts stick on bristles and report slip, not by MuJoCo. Friction that is
+    no ellipse of constant size (--norm-exponent, --load-exponent) needs the plant in any case."""
     known: Knowledge = "touched"
     """How friction is known: touched before (mu within 3 %, e within 5 %), nudged before the lift (30 % and 50 %
     until the fingers have slid a little down its sides), untouched (the same, and no nudge: planned for the worst
@@ -192,8 +189,8 @@ class GraspConfig:
     """Standard deviation of the sensors' force noise [N], each axis, as a Nano17 has it; the next two likewise."""
     moment_noise: float = option(1e-4, "N m", fixed=NOISY, bound="positive")
     """Standard deviation of their moment noise [N m]."""
-    drift: float = option(1e-3, "N/s", fixed=NOISY, bound="not negative")
-    """How fast their zeros drift [N/s], each axis up or down, and a hundredth of that for moments [N m/s]."""
+    drift: float = with_default(DriftOptions, "drift", 0.06)
+    """Drift of the sensors' zeros [N/min], each axis up or down, and a hundredth of that for moments [N m/min]."""
     seed: int = option(
         0,
         fixed="the samples are as recorded, with its noise and what it drew to be believed; set believed_friction",
@@ -256,6 +253,11 @@ class GraspConfig:
             raise InvalidValueError(
                 f"offset = {self.offset:g} m: must be within the object, at most {self.half_width:g} m"
             )
+
+    @property
+    def drift_rate(self) -> float:
+        """Drift of the zeros of the forces [N/s]."""
+        return self.drift / 60.0
 
     @property
     def ignores_spin(self) -> bool:

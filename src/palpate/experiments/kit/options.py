@@ -4,11 +4,11 @@ Imports nothing heavy. Checks, replays, reports, sweeps and comparisons all read
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from palpate.errors import InvalidValueError, not_negative, positive, shown
 from palpate.experiments.kit.checks import check_seed, check_within
@@ -16,6 +16,8 @@ from palpate.unit_ranges import check_unit_range
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
+
+_Kind = TypeVar("_Kind")
 
 KEY = "palpate"
 """Of an `OptionSpec` in the metadata of a field."""
@@ -117,6 +119,32 @@ def option(
         unit, fixed, of[0], of[1], hint, above, least, kept, once, symbol, infinite, within, remark, check
     )
     return field(default=default, metadata={KEY: spec})
+
+
+def with_default(kind: type, name: str, default: Any) -> Any:
+    """Return the field of an inherited option with another default.
+
+    Args:
+        kind: Class that defines the option.
+        name: Name of the option.
+        default: Default in the `Config` that inherits it.
+    """
+    (inherited,) = (each for each in fields(kind) if each.name == name)
+    return field(default=default, metadata=inherited.metadata)
+
+
+def own_first(config: type[_Kind]) -> type[_Kind]:
+    """Put the options that a `Config` declares itself before those that it inherits, for help and files."""
+    put_first(config, config.__annotations__)
+    return config
+
+
+def put_first(config: type, names: Iterable[str]) -> None:
+    """Put some options of a `Config` before the others; arguments by position keep their order."""
+    known: dict[str, Any] = getattr(config, "__dataclass_fields__")  # noqa: B009
+    ordered = {name: known[name] for name in (*names, *known)}
+    known.clear()
+    known.update(ordered)
 
 
 def spec_of(option: "Field[Any]") -> OptionSpec:

@@ -10,15 +10,11 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.checks import (
     MAX_FORCE,
     check_change_names,
-    check_force_noise,
-    check_friction,
     check_length,
-    check_period,
-    check_spin_length,
-    check_tip,
     speed_hint,
 )
-from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, check_options, option
+from palpate.experiments.kit.options import TOUCHED, check_options, option, own_first, with_default
+from palpate.experiments.kit.scene_options import DriftOptions, PressingOptions, SceneOptions
 
 PressedName = Literal["plate", "sphere", "scene"]
 SurfaceName = Literal["still", "sine", "soft", "yielding", "leaving", "missing"]
@@ -41,6 +37,9 @@ LIVE = ("force", "force_gain")
 STIFFNESS, SOFT_STIFFNESS = 20e3, 1e3
 """Of the simulated contact, hard and soft, by default [N/m]."""
 
+MOUNT_DAMPING_RATIO = 0.7
+"""Damping ratio of the mount of a yielding surface by itself: 1 is critical."""
+
 LARGEST_MOTION = 0.05
 """Bounds the amplitude of a motion along the plate [m]: the plate is 0.2 m wide."""
 
@@ -51,8 +50,9 @@ FASTEST_LEAVING = 1.0
 """Bounds the speed of a surface that leaves [m/s]: what falls is as fast after 5 cm."""
 
 
-@dataclass(frozen=True, slots=True)
-class RegulateConfig:
+@own_first
+@dataclass(frozen=True)
+class RegulateConfig(PressingOptions, DriftOptions):
     """Hold a force on a simulated surface, still, moving or yielding, while the arm follows another motion.
 
     A fingertip on a six-axis force/torque sensor lands on the surface, settles, holds the force profile and lifts
@@ -81,8 +81,6 @@ class RegulateConfig:
     file: Path | None = option(None, fixed=TOUCHED, of=_SCENE)
     """The scene: MJCF, with the meshes that it names beside it. It is moved, not turned, so that what is touched
     stands on z = 0 with its middle over the origin, where it is pressed; its joints and springs let it move."""
-    touch: str = option("", fixed=TOUCHED, of=_SCENE)
-    """The geom to press on, or a body with one geom that collides. Left out: the only such geom there is."""
     surface: SurfaceName = option("still", fixed=TOUCHED)
     """What it does: stand still; move up and down in a sine; stand still and be soft; yield, on a mount with
     spring and damper; leave during the run; or not be there at all."""
@@ -96,15 +94,12 @@ class RegulateConfig:
     """When one that leaves does so [s]."""
     mount_stiffness: float = option(2e3, "N/m", fixed=TOUCHED, of=_MOUNT, bound="positive")
     """Stiffness of the spring that a yielding surface is mounted on [N/m]."""
-    mount_damping_ratio: float = option(0.7, fixed=TOUCHED, of=_MOUNT, bound="positive")
-    """Damping ratio of that mount by itself: 1 is critical."""
     mount_mass: float = option(1.0, "kg", fixed=TOUCHED, of=_MOUNT, bound="positive")
     """Mass that moves on it [kg]."""
     profile: ProfileName = option("constant")
     """Profile of the force: constant; steps up and down by the swing; one ramp up by the swing; or sines about the
     force with the swing as amplitude."""
-    force: float = option(2.0, "N", bound="positive")
-    """Normal force to hold [N]."""
+    force: float = with_default(PressingOptions, "force", 2.0)
     swing: float | None = option(None, "N", of=("profile", ("step", "ramp", "sine")), bound="positive")
     """See --profile [N]. Left out: half of the force."""
     rate: float = option(1.0, "N/s", of=("profile", ("ramp",)), bound="positive")
@@ -139,8 +134,6 @@ class RegulateConfig:
     with time [s] and velocity along x, y and z [m/s]."""
     axis: tuple[float, ...] = option(())
     """Direction in which force is regulated: three numbers, into the object. Left out: the contact's normal."""
-    identify: bool = option(False, fixed="the log keeps what pressing has found")
-    """Press first, to find stiffness and delay, and set the gain by that; what moves stands still meanwhile."""
     stiffness: float | None = option(
         None, "N/m", fixed=f"{TOUCHED}; assumed_stiffness is what the gain is made for", bound="positive"
     )
@@ -149,38 +142,13 @@ class RegulateConfig:
     """Stiffness that the gain is made for [N/m]: of contact and mount together. Left out: the true one. It may be
     off by a factor of 3: beyond half or twice the true one force control may swing, which it notices, and goes on
     with half of its gain; the report's margins have the numbers."""
-    assumed_damping_time: float | None = option(None, "s", bound="not negative")
-    """Likewise damping per stiffness [s]: what is damped is pressed with a smaller gain. Left out: that of the
-    simulated contact."""
-    change: tuple[tuple[float, str, float], ...] = option((), fixed=CHANGED, once=True)
-    """Change force [N] or force_gain [m/s/N] while it runs: seconds after the start, name, new value, as in
-    --change 5 force 3. The start is that of the run: a change during approach or landing takes effect at
-    once, and the force before it is never held. A profile moves with the force. The change is ramped, so that
-    nothing jumps."""
     landing_speed: float | None = option(None, "m/s", bound="positive")
     """Speed of landing [m/s]. Left out: so that its force exceeds the set one by no more than about 1 N, at most
     5 mm/s; 0.5 mm/s on a sine surface, which is then met near its turning point."""
-    friction: float = option(0.3, fixed=TOUCHED, symbol="mu", check=check_friction)
-    """Friction coefficient between tip and object."""
-    spin_length: float = option(0.004, "m", fixed=TOUCHED, symbol="e", check=check_spin_length)
-    """Largest spin torque per largest friction force [m]."""
-    drift: float = option(0.0, "N/min", fixed=NOISY, bound="not negative")
-    """Drift of the sensor's zero along its z [N/min], for a robot whose sensor has a range (as stage-nano17)."""
-    tip: tuple[float, ...] = option((), "m", check=check_tip)
-    """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
-    the next three: the robot file's."""
-    force_noise: float | None = option(None, "N", fixed=NOISY, check=check_force_noise)
-    """Standard deviation of the sensor's force noise [N], each axis."""
-    moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
-    """Standard deviation of the sensor's moment noise [N m], each axis."""
-    period: float | None = option(None, "s", fixed=PERIODIC, check=check_period)
-    """Control period [s]."""
-    seed: int = 0
-    """Seed of the noise: the same seed gives the same run."""
-    robot: str = option("stage")
-    """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
+    friction: float = with_default(SceneOptions, "friction", 0.3)
+    spin_length: float = with_default(SceneOptions, "spin_length", 0.004)
+    robot: str = with_default(SceneOptions, "robot", "stage")
     out: Path = Path("runs/regulate")
-    """Folder for the report and the log."""
 
     def __post_init__(self) -> None:
         check_options(self)

@@ -11,7 +11,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.tip_calibration.config import TipCalibrationConfig
 from palpate.open_kinds import name_of_kind
 from palpate.robots.surface_entries import PlacedSurface, SurfaceKind
-from palpate.spatial import Vector, as_vector
+from palpate.spatial import ZERO, Vector, as_vector
 
 SIZE, CENTER, TURN, STIFFNESS = 0.05, 1e-3, radians(3.0), 2.0
 """Largest errors that are drawn: relative, [m] along each axis, [rad], and a factor."""
@@ -35,9 +35,9 @@ class TipErrors:
 
     @classmethod
     def of(cls, config: TipCalibrationConfig) -> "TipErrors":
-        """Return those that are asked for, or drawn."""
+        """Return the errors of a configuration, or random ones."""
         if config.unknown_tip is None:
-            return cls(config.size_error, config.center_error, config.turn_error, config.stiffness_ratio)
+            return cls(config.size_error, config.center_error, ZERO, config.stiffness_ratio)
         rng = np.random.default_rng(config.unknown_tip)
         axis = rng.normal(size=3)
         return cls(
