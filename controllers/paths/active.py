@@ -1,7 +1,7 @@
 """Active exploration: a coarse pass, then strokes where the map is expected to err most.
 
-A Gaussian process of fixed length scale is as unsure everywhere between rows, whatever was felt. What was felt
-tells more. Along a row, detail is seen as finely as contacts lie, so the row itself says what rows some gap apart
+A Gaussian process of fixed length scale is equally uncertain everywhere between rows. The contacts contain more
+information. Along a row, detail is seen as finely as contacts lie, so the row itself says what rows some gap apart
 would miss (`missed`); a row between two others shows how well they predicted it (`innovation_error`). The first
 rows thus choose the distance of the coarse pass; later, every strip between rows has an expected error, and the
 stroke comes next that removes most of it per path length: details that were met first, and between them rows that
@@ -54,11 +54,11 @@ class Goal:
 
     Attributes:
         error: Wanted error of the map [m].
-        measure: Of which kind.
+        measure: Kind of the error.
         length: Path length of the tip, lifted or not [m].
         area: Part of the field over which `error` is wanted, between 0 and 1: the rest may stay unknown.
         time: Duration of the motion at `speed` [s]. A leg that has begun is finished.
-        speed: Of the tip along the surface [m/s]; it says how far the tip comes in `time`.
+        speed: Speed of the tip along the surface [m/s]; with `time` it bounds the path length.
     """
 
     error: float = 2e-5
@@ -93,9 +93,9 @@ def meets(error: FloatArray, area: FloatArray, wanted: float, measure: GoalError
 
     Args:
         error: Expected in each cell, shape (n,) [m].
-        area: Of the cells, shape (n,) [m^2].
+        area: Areas of the cells, shape (n,) [m^2].
         wanted: Error [m].
-        measure: Of which kind.
+        measure: Kind of the error.
     """
     if measure is GoalError.LARGEST:
         return bool(error.max(initial=0.0) <= wanted)
@@ -108,11 +108,11 @@ def reached(
     """Return whether the goal is met over as much of the field as it asks for, the best known parts first.
 
     Args:
-        goal: What is wanted.
+        goal: Goal of the exploration.
         margin: Part of the goal's error that may be expected.
         error: Expected in each cell between two rows, shape (n,) [m].
         gap: Distance of the rows, shape (n,) [m].
-        area: Of the cells, shape (n,) [m^2].
+        area: Areas of the cells, shape (n,) [m^2].
         field: Area of the whole field [m^2].
         prior: Cells between rows farther apart than this do not count as known [m].
     """
@@ -133,7 +133,7 @@ TRIED_GAPS = tuple(2e-3 * 1.15**k for k in range(40))
 """Gaps tried [m]; between two of them the error's law of the fourth power is used."""
 
 SIGNAL_RATIO = 4.0
-"""What rows miss is extrapolated from the gap at which it is this many times the goal: above noise."""
+"""Expected error over the goal at the gap from which the error is extrapolated: well above noise."""
 
 MAX_MEDIANS = 3.0
 """Where more than this many medians would be missed there is a detail, for strokes of its own. A wave misses at
@@ -204,7 +204,7 @@ class CoarseGap:
 __all__ = ["Active", "ActiveSettings", "Goal", "GoalError"]
 
 COLUMN_WIDTH = 5e-4
-"""Width of the columns in which strips are judged [m]: below the finest detail that a millimetre of path tells."""
+"""Width of the columns in which strips are judged [m]: below the finest detail that a millimetre of path shows."""
 
 ROW_TOLERANCE = 3e-4
 """Farther from its row than this the tip is still travelling to it [m]."""
@@ -235,7 +235,7 @@ class ActiveSettings:
         stretch: Contacts are averaged over it [m].
         unknown: Error expected of detail that no row met, per gap.
         caution: Factor on the gap that the first rows ask for.
-        noise: Of the contacts.
+        noise: Random errors of the contacts.
     """
 
     widest: float = 0.0201
@@ -278,7 +278,7 @@ class Active:
         settings: ActiveSettings | None = None,
         plane: PathPlane | None = None,
     ) -> None:
-        """Take the rectangle [m], what is wanted, and how to go about it."""
+        """Take the rectangle [m], the goal, and the settings."""
         self.plane = plane or PathPlane()
         self._goal = goal or Goal()
         self._settings = settings or ActiveSettings.suited(self._goal.measure)
@@ -290,12 +290,12 @@ class Active:
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """As `Strategy`."""
+        """Marks so far, in order."""
         return self._mark_recorder.marks
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """What was felt so far."""
+        """Rows so far."""
         return tuple(self._rows)
 
     @property
@@ -304,7 +304,7 @@ class Active:
         return self._stop_reason
 
     def start(self) -> None:
-        """As `Strategy`."""
+        """Forget all contacts and begin again."""
         self._stop_reason: StopReason | None = None
         own = self._settings
         self._mark_recorder = MarkRecorder()
@@ -326,7 +326,7 @@ class Active:
         self.path_length = 0.0
 
     def feel(self, felt: ContactPeriod) -> bool:
-        """As `Strategy`."""
+        """Record one period in contact; return whether the leg has found its end."""
         self._mark_recorder.feel(felt)
         u, v, height = self.plane.flat(felt.tip)
         if self._row is not None and self._stroke is None and abs(v - self._row) <= ROW_TOLERANCE:
@@ -336,7 +336,10 @@ class Active:
         return False
 
     def next(self, ended: LegResult | None) -> Leg | None:
-        """As `Strategy`. A loss ends it; a stroke that cannot be followed is marked, and its rest left out."""
+        """Return the next leg, or None at the end.
+
+        A loss ends the exploration. A stroke that cannot be followed is marked, and its rest left out.
+        """
         if ended is not None:
             self._mark_recorder.end(ended)
             if ended.how is LegEnd.LOST:
@@ -379,7 +382,7 @@ class Active:
         return True
 
     def _take_row(self) -> bool:
-        """Keep what was felt; return whether it was enough for a row."""
+        """Keep the contacts of the stroke; return whether they are enough for a row."""
         if self._row is None:
             return False
         row = self._recorder.take(self._row)
@@ -408,7 +411,7 @@ class Active:
         return None
 
     def _gap(self) -> float:
-        """Return the distance of rows that what was felt so far asks for [m]."""
+        """Return the distance of rows that the contacts so far require [m]."""
         own, goal = self._settings, self._goal
         gap = self._coarse_gap.wanted(self._rows, goal.error * own.caution**4, goal.measure, own.widest)
         return max(gap, 2.0 * own.finest)

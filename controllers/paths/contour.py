@@ -43,7 +43,7 @@ class LevelSteering:
     the height dies out over that length.
 
     Attributes:
-        plane: Its height 0 is the level that is kept.
+        plane: Plane whose height 0 is the level of the tip.
         turn: Sense of rotation.
         lookahead: [m].
     """
@@ -60,7 +60,7 @@ class LevelSteering:
         return self.plane.flat(felt.tip)[2]
 
     def direction(self, felt: ContactPeriod) -> Vector | None:
-        """As `Steering`; None where the surface is level."""
+        """Return the unit direction in which to slide; None where the surface is level."""
         return _around(felt.normal, self.plane.axis, self.turn, self.offset(felt), self.lookahead)
 
 
@@ -72,9 +72,9 @@ class EdgeSteering:
     its middle runs R sin(lean) outside: that is the offset at which the edge is followed.
 
     Attributes:
-        plane: Its axis is the normal of the face that the edge bounds.
+        plane: Plane whose axis is the normal of the face that the edge bounds.
         lean: Angle between axis and felt normal that is kept [rad], between 5 and 85 degrees.
-        radius: Of the tip near the contact [m]; turns an error of the angle into one of length.
+        radius: Radius of the tip near the contact [m]; turns an error of the angle into one of length.
         outward: Towards the edge, base frame: where to go while the face itself is felt.
         turn: Sense of rotation.
         lookahead: [m].
@@ -113,7 +113,7 @@ class EdgeSteering:
         return self.radius * (self.lean - self.plane.steepness(felt.normal))
 
     def direction(self, felt: ContactPeriod) -> Vector | None:
-        """As `Steering`."""
+        """Return the unit direction in which to slide."""
         axis = self.plane.axis
         if dot(felt.normal, axis) > LEVEL_COS:
             away = add_scaled(self.outward, -dot(self.outward, felt.normal), felt.normal)
@@ -191,11 +191,11 @@ class Contour:
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """As `Strategy`."""
+        """Marks so far, in order."""
         return self._mark_recorder.marks
 
     def start(self) -> None:
-        """As `Strategy`."""
+        """Forget all contacts and begin again."""
         self._mark_recorder = MarkRecorder(FeatureLimits(together=0.0))
         self._next = 0
         self.closed = False
@@ -207,7 +207,7 @@ class Contour:
         self._heading: Vector | None = None
 
     def feel(self, felt: ContactPeriod) -> bool:
-        """As `Strategy`: true where the curve closes."""
+        """Record one period in contact; return True where the curve closes."""
         self._mark_recorder.feel(felt)
         if self._next < 2 or self.closed:
             return self.closed
@@ -222,7 +222,7 @@ class Contour:
         return self.closed
 
     def next(self, ended: LegResult | None) -> Leg | None:
-        """As `Strategy`."""
+        """Return the next leg, or None at the end."""
         if ended is not None:
             leg = self._legs[self._next - 1]
             height = self.plane.flat(ended.tip)[2]

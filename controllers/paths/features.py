@@ -27,15 +27,15 @@ MAX_ARC = math.radians(120.0)
 """A radius is taken of no longer an arc: from its chord, which says nothing of a full turn."""
 
 RESTING_SHARE = 0.1
-"""In a concavity as sharp as the tip, the tip moves by less than this share of what the contact does."""
+"""Largest motion of the tip over that of the contact, in a concavity as sharp as the tip."""
 
 SHARP_SHARE = 0.1
-"""A convex edge is sharp if its radius is below this share of what the tip rolled about it."""
+"""Largest radius of a sharp convex edge over the radius of the tip's path around it."""
 
 
 @dataclass(frozen=True, slots=True)
 class FeatureLimits:
-    """What counts as a feature.
+    """Bounds of a feature.
 
     Attributes:
         turn: The normal must turn by this much [rad]: 15 degrees are thirty standard deviations of a contact's
@@ -64,7 +64,7 @@ class _Turn:
     """A turn of the normal n, in which the contact c and the tip p move.
 
     Attributes:
-        event: What it is.
+        event: Kind of the turn.
         level: The last period on the surface before it.
         begun: Where it begins.
         ended: Where it ends.
@@ -81,12 +81,12 @@ class _Turn:
 
     @property
     def radius(self) -> float:
-        """Of the surface, positive where it is convex [m]."""
+        """Radius of the surface, positive where it is convex [m]."""
         return radius_between(self.begun.contact, self.ended.contact, self.begun, self.ended)
 
     @property
     def rolled(self) -> float:
-        """Of the path of the tip, likewise [m]."""
+        """Radius of the path of the tip, positive where it is convex [m]."""
         return radius_between(self.begun.tip, self.ended.tip, self.begun, self.ended)
 
 
@@ -112,7 +112,7 @@ class FeatureWatch:
         self._last: ContactPeriod | None = None
 
     def feel(self, felt: ContactPeriod) -> Mark | None:
-        """Take one period; return what was completed, usually nothing."""
+        """Take one period; return a completed feature, usually None."""
         last, anchor, still = self._last, self._anchor, self._still
         self._last = felt
         if last is None or anchor is None or still is None:
@@ -135,12 +135,12 @@ class FeatureWatch:
         return self._emit() if self._found and self._since >= self._limits.together else None
 
     def close(self) -> Mark | None:
-        """Return what is still open, at the end of a leg; then start afresh."""
+        """Return the open feature at the end of a leg; then start afresh."""
         self._finish()
         return self._emit()
 
     def leave(self) -> Mark | None:
-        """Return what is still open, and forget where the tip was: it lifts."""
+        """Return the open feature, and forget the position of the tip, which lifts."""
         mark = self.close()
         self._anchor = self._calm = self._still = self._last = None
         return mark
@@ -188,7 +188,7 @@ class FeatureWatch:
 
 
 def _bend(turn: _Turn) -> str:
-    """Return how the surface is bent there, in words."""
+    """Return a phrase for the curvature of the surface."""
     size = 1e3 * abs(turn.radius)
     if turn.event is PathEvent.TIGHT:
         return f"concave, sharper than the tip, which touched at two points: a radius of at most {size:.2f} mm"
@@ -234,7 +234,7 @@ class MarkRecorder:
             self._marks.append(mark)
 
     def end(self, ended: LegResult, aim: Vector | None = None) -> None:
-        """Take the end of a leg; `aim` is where it should have landed, if that was what it was for [m]."""
+        """Take the end of a leg; `aim` is the place of its landing [m], None for a leg without one."""
         mark = self._watch.leave()
         if mark is not None:
             self._marks.append(mark)

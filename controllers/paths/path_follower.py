@@ -16,7 +16,7 @@ MAX_CURVE_TURN = math.radians(30.0)
 """A corner that turns by more is a corner, at which the tip stops; by less, part of a curve."""
 
 STEERING_RATE = 5.0
-"""Rate at which an offset from the line is taken back [1/s]: a tenth of what a 100 rad/s servo allows."""
+"""Rate at which an offset from the line is taken back [1/s]: a tenth of the bandwidth of a 100 rad/s servo."""
 
 ARRIVAL_DISTANCE = 1e-4
 """A corner at which the tip stops counts as reached this close to it [m]."""
@@ -47,8 +47,8 @@ class PathFollower:
 
     Attributes:
         acceleration: Largest [m/s^2].
-        path: Of `path_velocity`.
-        state: Likewise.
+        path: Corners, headings and speeds for `path_velocity`.
+        state: Target and speed for `path_velocity`.
     """
 
     def __init__(self, corners: tuple[Point, ...], acceleration: float) -> None:
@@ -188,10 +188,10 @@ class Travel:
             tip: Where the tip is, base frame [m].
             to: Where to go, in the plane [m].
             height: At which to go across, above the plane [m]; a tip that is higher stays there.
-            plane: Of the path.
+            plane: Plane of the path.
             speed: [m/s].
             acceleration: [m/s^2].
-            period: Of control [s].
+            period: Control period [s].
         """
         u, v, h = plane.flat(tip)
         self.height = max(height, h)

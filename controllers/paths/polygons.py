@@ -7,7 +7,7 @@ from itertools import pairwise
 from palpate.controllers.paths.strategy import Point
 from palpate.errors import InvalidValueError, positive
 
-CLOSEST = 1e-4
+MIN_POINT_DISTANCE = 1e-4
 """Neighbours must be farther apart [m]: as close as a corner counts as reached."""
 
 
@@ -25,9 +25,10 @@ class Waypoints:
         if len(self.points) < 2:
             raise InvalidValueError(f"the path has {len(self.points)} points: it needs at least 2")
         for a, b in pairwise(self.points):
-            if not CLOSEST < math.dist(a, b) < math.inf:
+            if not MIN_POINT_DISTANCE < math.dist(a, b) < math.inf:
                 raise InvalidValueError(
-                    f"points {a} and {b} m: must be finite and more than {CLOSEST:g} m apart to give a direction"
+                    f"points {a} and {b} m: must be finite and more than {MIN_POINT_DISTANCE:g} m apart to give "
+                    "a direction"
                 )
 
     @property
@@ -41,17 +42,17 @@ class Waypoints:
 
 
 LIKELY_MILLIMETRES = 1.0
-"""[m] So far apart nobody has rows: it is in millimetres."""
+"""Spacing from which on it was probably given in millimetres [m]."""
 
 
 def check_spacing(path: str, spacing: float, extent_name: str, extent: float) -> None:
     """Refuse lines that are farther apart than the path is large.
 
     Args:
-        path: Its name.
-        spacing: Of its lines [m].
-        extent_name: Of what it must not exceed, as depth.
-        extent: That [m].
+        path: Name of the path.
+        spacing: Distance of its lines [m].
+        extent_name: Name of the extent that bounds the spacing, as depth.
+        extent: Extent [m].
 
     Raises:
         InvalidValueError: They are.

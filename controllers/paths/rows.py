@@ -29,11 +29,12 @@ MIN_SKIPPED_CELLS = 2
 """Number of cells that are skipped at least: the tip is known to be no more exactly anywhere."""
 
 SKIP_GROWTH = 4
-"""So many times as much is left out after each failure: what was passed over is swept back if something is met."""
+"""Factor by which the skipped length grows after each failure. Skipped cells are swept afterwards if the tip meets
+the object beyond them."""
 
 
 class Cell(IntEnum):
-    """What is known of one cell of a row."""
+    """State of one cell of a row."""
 
     UNKNOWN = 0
     FELT = 1
@@ -49,8 +50,8 @@ class LandingSite:
 
     Attributes:
         row: Which.
-        cell: Of the row.
-        inwards: 1: what is still unknown lies towards larger u, -1: towards lesser u.
+        cell: Index in the row.
+        inwards: 1 if the unknown cells lie towards larger u, -1 towards smaller u.
         edge: Cell at which the run of unknown ones begins that it is for.
         probe: Whether nothing speaks for it but that nothing is known there.
     """
@@ -134,7 +135,7 @@ class CellGrid:
             states[cell] = Cell.FAILED
 
     def end_of_stroke(self, row: int, cell: int, direction: int) -> int:
-        """Return how far a stroke from a cell should go: up to what was felt before, or the field's end."""
+        """Return the last cell of a stroke from a cell: the first that was touched before, or the field's end."""
         end = cell
         while 0 <= end + direction < self.count:
             end += direction
@@ -225,7 +226,7 @@ class _Edge:
 
 
 class _Stage(Enum):
-    """What the present leg is for."""
+    """Purpose of the present leg."""
 
     LANDING = auto()
     OUTWARDS = auto()
@@ -261,8 +262,8 @@ class RasterRows:
         """Take the field.
 
         Args:
-            raster: Its rows.
-            plane: Of the path.
+            raster: Rows of the field.
+            plane: Plane of the path.
             begin: Where to land first [m]; the raster's first corner, if not given.
             left_out: How far inwards of a rim the tip lands [m].
 
@@ -279,11 +280,11 @@ class RasterRows:
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """As `Strategy`."""
+        """Marks so far, in order."""
         return self._mark_recorder.marks
 
     def start(self) -> None:
-        """As `Strategy`."""
+        """Forget all contacts and begin again."""
         self._mark_recorder = MarkRecorder()
         self._field = CellGrid(self._raster, self._left_out)
         self._doing = _Stage.LANDING
@@ -296,7 +297,7 @@ class RasterRows:
         self._vain = 0  # attempts before anything was met, later probes since
 
     def feel(self, felt: ContactPeriod) -> bool:
-        """As `Strategy`."""
+        """Record one period in contact; return whether the leg has found its end."""
         self._mark_recorder.feel(felt)
         u, v, _ = self.plane.flat(felt.tip)
         self._found = self._met = True
@@ -306,7 +307,7 @@ class RasterRows:
         return self._turned
 
     def next(self, ended: LegResult | None) -> Leg | None:
-        """As `Strategy`."""
+        """Return the next leg, or None at the end."""
         if ended is None:
             return self._land(self._begin)
         u, v, height = self.plane.flat(ended.tip)

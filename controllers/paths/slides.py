@@ -23,7 +23,7 @@ from palpate.errors import positive
 from palpate.spatial import ZERO, Vector, add_scaled, dot, scale
 
 WATCHED_TIME = 0.5
-"""Stretches of this length are looked at [s]: ten times what a servo takes to start and to turn round."""
+"""Duration of the stretches in which progress is checked [s]: a servo starts or turns round in a tenth of it."""
 
 MIN_PROGRESS = 0.1
 """Least share of the commanded distance that a moving tip covers; a blocked one covers none of it."""
@@ -37,7 +37,7 @@ class Progress:
     """Adds up the distance of the tip in the commanded direction, in which noise of its position cancels.
 
     Attributes:
-        state: Of `advance` and `command`.
+        state: State of `advance` and `command`.
     """
 
     def __init__(self, period: float) -> None:
@@ -109,7 +109,7 @@ a tip that came over an edge would slide down the side for ever."""
 LEAST_COS = math.cos(MAX_SLOPE)
 
 DWELL_TIME = 0.1
-"""How long a touch rests on the surface after it has settled [s]: what is felt meanwhile goes into the map."""
+"""Rest of a touch on the surface after it has settled [s]; its contacts go into the map."""
 
 START_TOLERANCE = 2e-3
 """A tip farther than this from where its stroke should begin goes to it in a straight line from where it is [m];
@@ -123,7 +123,7 @@ class Slide(Protocol):
         """Return the velocity along the surface for the next period [m/s], or how the leg has ended.
 
         Args:
-            felt: What is felt.
+            felt: Contact of this period.
             ahead: The object's outward normal that is expected when the velocity acts.
             speed: Wanted along the surface [m/s].
         """
@@ -300,9 +300,9 @@ def slide(
         leg: Which.
         begin: Where the leg before it should have ended, in the plane [m].
         tip: Where the tip is, in the plane [m].
-        plane: Of the path.
+        plane: Plane of the path.
         acceleration: Largest along the surface [m/s^2].
-        period: Of control [s].
+        period: Control period [s].
     """
     if isinstance(leg, Stroke):
         return StrokeSlide(

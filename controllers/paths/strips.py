@@ -1,4 +1,4 @@
-"""The unfelt strips between rows, and what a stroke along them is worth."""
+"""Strips between rows without contacts, and the worth of a stroke along each."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -43,8 +43,8 @@ def innovation_error(
         height: On the columns, shape (n, m) [m].
         cross_slope: dh/dv, shape (n, m).
         below: The next row below that covers the column, -1: none or not covered; shape (n, m).
-        noise: Of the contacts.
-        width: Of columns [m].
+        noise: Random errors of the contacts.
+        width: Width of the columns [m].
     """
     n, m = height.shape
     left = np.zeros((n, m))
@@ -99,7 +99,7 @@ DETECTION_RATIO = 4.0
 """Variance over that of noise, from which on something was felt: twice the deviation, over several stretches."""
 
 DETAIL_RATIO = 3.0
-"""Times what is usual in its row, from which on it is a detail and not how the surface is everywhere."""
+"""Error over the usual one of its row from which on it is a detail, and no property of the whole surface."""
 
 HIDDEN_ERROR_RATIO = 0.02
 """Error expected of a detail of which only the flank was felt, per gap. Chosen with `benchmarks/active.py tuning`:
@@ -114,10 +114,10 @@ TAIL_GAPS = 0.5
 """How far from a closer row's end the test over a gap rings, in gaps."""
 
 MIN_SPACING = 1.2e-3
-"""A detail never asks for closer rows at once [m]: two stretches of path tell no more."""
+"""Minimum distance of rows that a detail requires at once [m]: two stretches of path."""
 
 MAX_ROWS = 6
-"""Nor for more rows in one gap: what a row says of a far smaller gap is noise."""
+"""Maximum number of rows that a detail requires in one gap: at far smaller gaps a row shows noise."""
 
 STROKE_MARGIN = 0.05
 """How much farther to each side than the loud part of a strip its stroke goes, in gaps. From
@@ -169,7 +169,7 @@ class Expectation:
     """Parameters from which the error between rows is expected.
 
     Attributes:
-        noise: Of the contacts.
+        noise: Random errors of the contacts.
         stretch: Over which contacts are averaged [m].
         unknown: Error expected of detail that no row met, per gap: a strip as wide as the field must hold
             something, a narrow one hardly.
@@ -238,7 +238,7 @@ class Columns:
         self._firm = np.where(tails, 0.0, error)
 
     def whole(self, power: float) -> list[Strip]:
-        """Return strips between two rows, with what was felt within them: what they may hide is their worth."""
+        """Return whole strips between two rows; their worth is the error of a detail that they may hide."""
         found: list[Strip] = []
         for high, low in self._pairs():
             here = self._below[high] == low
@@ -257,7 +257,7 @@ class Columns:
         Args:
             power: With which errors count.
             threshold: Error that is much [m].
-            tolerance: What a detail may leave: its largest error [m]; for power 2 the sum of its squared errors
+            tolerance: Error that a detail may leave: its largest [m]; for power 2 the sum of its squared errors
                 over the area [m^4].
             tails: Also where the error is likely to be the ringing of a detail that has closer rows already.
         """

@@ -54,7 +54,7 @@ SLOWEST = 1e-3
 """Lower bound [m/s] on the live parameter `speed`: slower, the exploration seems to stand still."""
 
 SIDE = 0.04
-"""Of the rectangle that is explored, if no other is asked for [m]."""
+"""Side of the explored rectangle by default [m]."""
 
 FASTEST = 0.1
 """Fastest exploration [m/s]: its following error limit lets the stage follow up to 0.125 m/s."""
@@ -91,25 +91,26 @@ class ExploreConfig(PressingOptions, ObjectOptions):
     """
 
     object: ObjectName = with_default(ObjectOptions, "object", "sphere")
-    """What to touch, from above. Its middle is at the origin; a height field's over it, with the heights as they
-    are; a mesh stands on z = 0, turned as in the file, the middle of its bounding box over the origin, and so does
-    what is touched of a scene, with all around it; its joints are held where the file puts them."""
+    """Object to touch, from above. Its middle is at the origin. The middle of a height field is over the origin,
+    with the heights as they are. A mesh stands on z = 0, turned as in the file, the middle of its bounding box
+    over the origin. So does the touched part of a scene, with all around it. The joints of a scene are held where
+    the file puts them."""
     size: tuple[float, ...] = with_default(ObjectOptions, "size", ())
     """Size of the object [m]: a sphere's radius; an ellipsoid's three semi-axes; a box's length, width and
     height; a cylinder's radius and length; a torus's radii of ring and tube; amplitude, wavelength and side of
     bumps; a height field's width and depth, if its file has none. Left out: 40 mm; 50, 40, 30 mm; 80, 80,
     40 mm; 30, 120 mm; 60, 25 mm; 3, 60, 180 mm."""
     file: Path | None = with_default(PressingOptions, "file", None)
-    """What describes a mesh (STL, OBJ or PLY; closed, in metres) or a height-field (CSV with columns x_m, y_m and
+    """File of a mesh (STL, OBJ or PLY; closed, in metres), a height-field (CSV with columns x_m, y_m and
     z_m on a regular grid, as an exploration's height_map.csv; or z alone, a line for each y, as CSV or .npy), or a
     scene (MJCF, with the meshes that it names beside it)."""
     scale: float = option(1.0, fixed=TOUCHED)
     """Metres per unit of that file: 0.001 if it is in millimetres."""
     force: float = with_default(PressingOptions, "force", 2.0)
     force_swing: float = option(0.0, "N", bound="not negative")
-    """Let the force swing about that as a sine, so far up and down [N], while the tip slides: then the map tells
-    how stiff the object is where it went, as for --force-swing 0.5. Left out: the force is constant, and stiffness
-    stays unknown."""
+    """Amplitude of a sine about that force [N], while the tip slides. The map then shows the stiffness of the
+    object along the path, as for --force-swing 0.5. Left out: the force is constant, and stiffness stays
+    unknown."""
     force_period: float = option(1.0, "s", bound="positive")
     """How long a swing takes [s]. Stiffness is a mean over the path of a whole swing, 20 mm at 20 mm/s; in a
     faster swing, contact damping is mistaken for stiffness."""
@@ -125,7 +126,7 @@ class ExploreConfig(PressingOptions, ObjectOptions):
     rounded object the contacts span less. Width and depth left out: 40 mm, or as much of it as the object has
     room for."""
     depth: float | None = option(None, "m", of=_RECTANGLE, check=check_length)
-    """raster, taps, active: extent along y, across the rows [m], likewise."""
+    """raster, taps, active: extent along y, across the rows [m]."""
     center: tuple[float, ...] = option((), "m", of=_ANY)
     """Middle of the rectangle or disc, x and y [m]; for a contour where to land. Left out: over the origin; on a
     torus over its tube, where y is 0; elsewhere if there is no room; for a level contour beside its curve."""
@@ -191,7 +192,7 @@ class ExploreConfig(PressingOptions, ObjectOptions):
 
     @property
     def thing(self) -> str:
-        """What is touched, in words."""
+        """Name of the touched object, for sentences."""
         return self.touch or f"{self.article} {self.object}"
 
     @property
@@ -203,7 +204,7 @@ class ExploreConfig(PressingOptions, ObjectOptions):
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Width and depth of what is to be explored, or of what contains it [m]; a contour has none before."""
+        """Width and depth of the field or of its bounding rectangle [m]; of a contour the defaults."""
         if self.strategy == "spiral":
             across = 2.0 * (self.radius or SIDE / 2.0)
             return (across, across)
@@ -216,7 +217,7 @@ class ExploreConfig(PressingOptions, ObjectOptions):
 
     @property
     def wanted_error(self) -> float:
-        """Of the map that an active exploration is to make [m]."""
+        """Error of the map at which an active exploration ends [m]."""
         return ACCURACY[self.measure] if self.accuracy is None else self.accuracy
 
     @property
@@ -226,7 +227,7 @@ class ExploreConfig(PressingOptions, ObjectOptions):
 
     @property
     def noise(self) -> tuple[float, float]:
-        """Of force [N] and moment [N m], standard deviations of each axis; 0 where that is left to the robot."""
+        """Standard deviations of force [N] and moment [N m], each axis; 0 if the robot file decides."""
         return self.force_noise or 0.0, self.moment_noise or 0.0
 
     @property

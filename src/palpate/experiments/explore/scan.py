@@ -1,4 +1,4 @@
-"""Where a strategy leads on an object, how long it takes, and what it meets beyond the object.
+"""Places, durations and predictions of a strategy on an object.
 
 A strategy itself is a class of `palpate.controllers.paths`. A `Scan` places it on an object.
 """

@@ -30,7 +30,7 @@ EDGE_LEAN = math.radians(45.0)
 """Slope at which an edge is followed: the mean of a right-angled edge's two faces."""
 
 MAX_DROP_RATIO = 0.5
-"""Of the fingertip's half length along z: a level contour so far below the top leans by at most 60 degrees."""
+"""Depth of a level contour below the top over the tip's half length along z: it leans by 60 degrees at most."""
 
 RIM_TANGENT = 1e3
 """Tangent of the slope beside the object."""
@@ -59,11 +59,11 @@ MIN_LENGTH_RATIO = math.pi
 class TipSurface:
     """Heights of the middle of the tip.
 
-    Where the tip meets nothing they go on level, a tip below the object; where nobody knows, they are NaN.
+    Where the tip meets nothing they go on level, a tip below the object; where unknown, they are NaN.
 
     Attributes:
         x: Grid lines, increasing, shape (n,) [m].
-        y: Likewise, shape (m,) [m].
+        y: Grid lines, increasing, shape (m,) [m].
         z: Heights, shape (m, n) [m].
         met: Where the tip meets the object, shape (m, n).
         reach: How far beside its middle the tip may touch [m].
@@ -96,11 +96,11 @@ class TipSurface:
 
     @property
     def top(self) -> float:
-        """Its largest height [m]."""
+        """Largest height [m]."""
         return float(np.nanmax(self.z))
 
     def within(self, x: float, y: float) -> Self:
-        """Return what is known of it only at most `x` and `y` [m] from the middle, less the tip's own reach."""
+        """Return the surface as known up to `x` and `y` [m] from the middle, less the tip's own reach."""
         reach = self.reach
         known = np.logical_and.outer(np.abs(self.y) <= y - reach, np.abs(self.x) <= x - reach)
         return replace(self, z=np.where(known, self.z, np.nan), met=self.met & known)
@@ -143,9 +143,9 @@ class PredictedContour:
     """A closed curve.
 
     Attributes:
-        points: Of the middle of the fingertip, in the order that it passes them from where it meets the curve, the
-            first not repeated, shape (n, 2) [m].
-        heights: Of the middle of the fingertip there, shape (n,) [m].
+        points: Places of the middle of the fingertip in order, from the first on the curve, which is not repeated
+            at the end, shape (n, 2) [m].
+        heights: Heights of the middle of the fingertip there, shape (n,) [m].
         landing: Where the tip lands [m].
     """
 

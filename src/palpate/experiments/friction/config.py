@@ -40,7 +40,7 @@ CREEP = "; slower, strokes take minutes and creep looks like slip"
 """Remark on speeds below `SLOWEST_RUB`."""
 
 SOFTEST_SKIN = 1.0
-"""[N/m] It gives way by far more than a finger may rub before the least load slips."""
+"""Lower bound on the stiffness of a skin [N/m]: a softer one yields too far before the smallest load slips."""
 
 CALIBRATED = 0.003
 """Standard deviation of the ratio of two loads on different axes after a calibration on the spot."""
@@ -52,7 +52,7 @@ MOST_REPEATS = 100
 """They average the noise down to a tenth, in an hour of rubbing."""
 
 STIFFNESS = 4e3
-"""Of a rubber fingertip on something hard [N/m]."""
+"""Stiffness of a rubber fingertip on something hard [N/m]."""
 
 LIBRARY_TEXT = "library.yaml"
 """Under this name a log keeps the library."""
@@ -61,7 +61,7 @@ LIBRARY_TEXT = "library.yaml"
 @own_first
 @dataclass(frozen=True)
 class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions):
-    """Rub a fingertip on an unknown surface, to measure what a contact there bears before it slips.
+    """Rub a fingertip on an unknown surface, to measure the load at which a contact slips.
 
     A fingertip on a six-axis force/torque sensor lands, presses with each load, slides there and back, turns about
     the contact's normal and back, and lifts off. From that come mu (tangential over normal force in slip) and e
@@ -96,10 +96,10 @@ class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOpt
     """
 
     object: RubbedName = with_default(ObjectOptions, "object", "plate")
-    """What is rubbed: the top of a plate of 0.2 x 0.2 m, of a box of 80 x 80 x 40 mm, or of a sphere of 40 mm
+    """Object to rub: the top of a plate of 0.2 x 0.2 m, of a box of 80 x 80 x 40 mm, or of a sphere of 40 mm
     radius."""
     size: tuple[float, ...] = with_default(ObjectOptions, "size", ())
-    """Of the object [m]: three lengths of plate or box, the radius of a sphere. Left out: as above."""
+    """Size of the object [m]: three lengths of plate or box, the radius of a sphere. Left out: as above."""
     friction: float = with_default(SceneOptions, "friction", 0.5)
     """True friction coefficient mu of the simulated surface; its kinetic one if the friction plant rubs."""
     spin_length: float = with_default(SceneOptions, "spin_length", 0.003)
@@ -133,7 +133,7 @@ class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOpt
     fit_exponents: bool = False
     """Slide and turn at once, too, 18 times there and back at the least and the largest load: for p, gamma."""
     stiffness: float = option(STIFFNESS, "N/m", fixed=TOUCHED, bound="positive")
-    """Of the simulated contact along the normal [N/m]."""
+    """Stiffness of the simulated contact along the normal [N/m]."""
     calibration: float | None = option(
         None,
         fixed="a replay computes commands, and no intervals; rub again",
@@ -141,18 +141,19 @@ class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOpt
         within=(-inf, LARGEST_CALIBRATION),
         remark="; 0.01 stands for 1 %",
     )
-    """What the intervals allow for the sensor's calibration: standard deviation of the ratio of two loads on
+    """Uncertainty of the sensor's calibration in the intervals: standard deviation of the ratio of two loads on
     different axes. 0.003 after a calibration on the spot, 0.01 as sensors are delivered. Left out: 0.003; of a
     simulated sensor 0.001 without cross-talk, 0.01 with it."""
     drift: float = with_default(DriftOptions, "drift", 0.0)
-    """Of the sensor's zero along its z [N/min], and a hundredth of that about x [N m/min]. The finger feels the
-    zero in free air before and after. A robot whose sensor is perfect needs --force-noise and --moment-noise."""
+    """Drift of the sensor's zero along its z [N/min], and a hundredth of that about x [N m/min]. The finger feels
+    the zero in free air before and after. A robot whose sensor is perfect needs --force-noise and
+    --moment-noise."""
     library: Path | None = option(None, fixed="a replay recognises nothing; rub again", kept=LIBRARY_TEXT)
     """Library of surfaces (YAML), or `simulated` for the one that comes with palpate, materials/simulated.yaml in
     its package: the surface is recognised among them, or as none of them, and the most informative next
     touch is recommended. The report names the file that was read, and each of its surfaces."""
     robot: str = with_default(SceneOptions, "robot", "turning-stage")
-    """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file. One
+    """Robot that carries the fingertip: one that comes with palpate (`palpate robot list`), or a robot file. One
     that cannot turn its tip finds mu, but not e."""
     out: Path = Path("runs/friction")
     """Folder for friction.yaml, the report and the log."""
@@ -198,12 +199,12 @@ class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOpt
 
     @property
     def usual_calibration(self) -> float:
-        """What is allowed for a sensor's calibration, whichever sensor it is."""
+        """Uncertainty of the calibration, with the default of a real sensor."""
         return CALIBRATED if self.calibration is None else self.calibration
 
     @property
     def sizes(self) -> tuple[float, ...]:
-        """Of the object [m]."""
+        """Size of the object [m]."""
         return self.size or SIZES[self.object]
 
     @property

@@ -23,22 +23,22 @@ SIZES: dict[HeldName, tuple[float, ...]] = {
 """Length, width and height; radius and height; radius by default [m]."""
 
 WIDEST = 0.031
-"""Of half an object, as the fingers see it [m]: open, they are 32 mm from the hand's axis."""
+"""Largest half width of an object between the fingers [m]: open, they are 32 mm from the hand's axis."""
 
 LARGEST_PULL = 8.0
 """[N] With offset and little friction it takes more grip than the fingers have."""
 
 HIGHEST_LIFT = 0.3
-"""[m] What a vertical slide that carries a hand of this size travels."""
+"""Travel of a vertical slide that carries a hand of this size [m]."""
 
 FASTEST_LIFT = 0.25
 """[m/s] The supervisor's limit (reduced speed of ISO 10218-1:2011, section 5.6.2)."""
 
 FASTEST_SHAKE = 40.0
-"""[Hz]; the control is ahead of a load that shakes with 5 to 10 Hz, faster ones it can only bear a margin for."""
+"""Largest frequency of a shake [Hz]. The control leads a load of 5 to 10 Hz; faster ones take a margin."""
 
 LARGEST_MARGIN = 3.0
-"""Of the grip, as its controller has it (`palpate.controllers.grip.parameters`)."""
+"""Largest margin of the grip, as in `palpate.controllers.grip.parameters`."""
 
 RISES: dict[LoadName, float] = {"ramp": 1.5, "step": 0.05, "shake": 2.0, "none": 1.0}
 """How long the load grows, shakes, or is waited for, by default [s]."""
@@ -55,7 +55,7 @@ SPREADS: dict[Knowledge, tuple[float, float]] = {
 """Largest relative errors of the believed mu and e, by touch and by guess; of an estimate, standard deviations."""
 
 MOST_PROBABLE = 0.999
-"""Of holding: with an estimate as wide as that of e nothing more can be promised."""
+"""Largest probability of holding: an estimate as wide as that of e allows no more."""
 
 THREE = 3
 
@@ -116,14 +116,14 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     """
 
     object: HeldName = with_default(ObjectOptions, "object", "box")
-    """What is held: a box, an upright cylinder, or a sphere, standing on a table. Three fingers take no box."""
+    """Object to hold: a box, an upright cylinder, or a sphere, standing on a table. Three fingers take no box."""
     size: tuple[float, ...] = with_default(ObjectOptions, "size", ())
-    """Of the object [m]: three lengths of a box (the first between the fingers), radius and height of a cylinder,
-    the radius of a sphere. Left out: 0.06 0.05 0.06, 0.03 0.06 and 0.03."""
+    """Size of the object [m]: three lengths of a box (the first between the fingers), radius and height of a
+    cylinder, the radius of a sphere. Left out: 0.06 0.05 0.06, 0.03 0.06 and 0.03."""
     mass: float = option(0.1, "kg", fixed=TOUCHED, bound="positive")
-    """Of the object [kg]."""
+    """Mass of the object [kg]."""
     fingers: int = option(2, fixed="the samples are as recorded, of the fingers that there were")
-    """How many the hand has: 2 (a parallel gripper) or 3."""
+    """Number of fingers: 2 (a parallel gripper) or 3."""
     friction: float | None = with_default(SceneOptions, "friction", None)
     """True friction coefficient mu between fingertips and object. Left out, as spin_length, norm_exponent and
     load_exponent: that of --friction-file, else 0.5."""
@@ -138,8 +138,9 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     that is likely, while a ripple on the grip detects slip, and slip corrects the belief), or estimated
     (standard deviations of 15 % and 25 %: planned so that it holds with --probability)."""
     probability: float = option(0.99, within=(0.5, MOST_PROBABLE), remark="; 0.99 stands for 99 %")
-    """Of holding, where friction is estimated: 0.5 to 0.999. To hold is that, pressed as planned, some friction
-    within the true limits balances the true load: a finger that comes to its limit creeps, others take over."""
+    """Probability of holding, if friction is estimated: 0.5 to 0.999. To hold is that, pressed as planned, some
+    friction within the true limits balances the true load: a finger that comes to its limit creeps, others take
+    over."""
     believed_friction: float | None = option(None, check=check_friction)
     """mu that is believed at first. Left out, as the next: the seed draws it, within the range of --known."""
     believed_spin_length: float | None = option(None, "m", check=check_spin_length)
@@ -148,7 +149,7 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     """A friction.yaml of `palpate friction`: what is believed comes from there, and what is true of the simulated
     object, as far as that is not typed."""
     load: LoadName = option("ramp", fixed=PULLED)
-    """What pulls at the object once it is lifted: a force that grows, that jumps, one that shakes up and down and
+    """Load on the lifted object: a force that grows, that jumps, one that shakes up and down and
     sideways, or nothing."""
     pull: float | None = option(None, "N", fixed=PULLED, bound="positive")
     """Largest force [N]; of a shake, its amplitude. Left out: 4 for a ramp, 3 for a step, 1 for a shake."""
@@ -157,7 +158,7 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     rise: float | None = option(None, "s", fixed=PULLED, bound="positive")
     """How long it grows or shakes [s]. Left out: 1.5 for a ramp, 0.05 for a step, 2 for a shake."""
     shake_frequency: float = option(5.0, "Hz", fixed=PULLED, bound="positive", within=(-inf, FASTEST_SHAKE))
-    """Of a shake [Hz]."""
+    """Frequency of a shake [Hz]."""
     offset: float = option(0.006, "m", fixed=PULLED, bound="not negative")
     """How far beside the line of the contacts it pulls [m]."""
     lift_height: float = option(
@@ -171,7 +172,7 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     margin: float = option(
         0.12, bound="not negative", within=(-inf, LARGEST_MARGIN), remark="; 0.12 stands for 12 %"
     )
-    """Share of grip beyond what the limit surface needs."""
+    """Share of grip beyond the need of the limit surface."""
     preload: float = option(0.0, "N", bound="not negative", within=(-inf, LARGEST_PULL))
     """Steps of the load that nobody announces, up to so much [N] within 5 ms and --offset aside, are borne without
     slip, too: with a grip kept for them from the first touch on. What that costs is told before the run."""
@@ -186,7 +187,7 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     )
     """Do it again with a control that ignores spin, and show both."""
     force_noise: float = option(0.01, "N", fixed=NOISY, bound="positive")
-    """Standard deviation of the sensors' force noise [N], each axis, as a Nano17 has it; the next two likewise."""
+    """Standard deviation of the sensors' force noise [N], each axis, as of a Nano17; the next two also."""
     moment_noise: float = option(1e-4, "N m", fixed=NOISY, bound="positive")
     """Standard deviation of their moment noise [N m]."""
     drift: float = with_default(DriftOptions, "drift", 0.06)
@@ -196,7 +197,7 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
         fixed="the samples are as recorded, with its noise and what it drew to be believed; set believed_friction",
         check=check_seed,
     )
-    """Of noise, drift, and what is believed: the same seed gives the same run."""
+    """Seed of noise, drift and the assumed friction: the same seed gives the same run."""
     robot: str | None = option(None, fixed="the samples are as recorded, of the hand that there was")
     """A robot that comes with palpate and has a hand (emulated-hand, panda-hand, ur5e-hand), or a robot file. Left
     out: the simulated hand. The truth of a real one is unknown: the belief is typed or comes from --friction-file.
@@ -266,17 +267,17 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
 
     @property
     def sizes(self) -> tuple[float, ...]:
-        """Of the object [m]."""
+        """Size of the object [m]."""
         return self.size or SIZES[self.object]
 
     @property
     def half_width(self) -> float:
-        """Of the object between the fingers [m]."""
+        """Half width of the object between the fingers [m]."""
         return 0.5 * self.sizes[0] if self.object == "box" else self.sizes[0]
 
     @property
     def half_height(self) -> float:
-        """Of the object [m]."""
+        """Half height of the object [m]."""
         return self.sizes[0] if self.object == "sphere" else 0.5 * self.sizes[-1]
 
     @property

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _Kind = TypeVar("_Kind")
 
 KEY = "palpate"
-"""Of an `OptionSpec` in the metadata of a field."""
+"""Key of the `OptionSpec` in the metadata of a field."""
 
 TOUCHED = "the samples are as recorded, on what was touched then"
 NOISY = "the samples are as recorded, with the noise that they have"
@@ -35,22 +35,22 @@ _NUMBERS, _PATHS = (float, float | None), (Path, Path | None)
 
 @dataclass(frozen=True, slots=True)
 class OptionSpec:
-    """What is known of an option besides its type, default and docstring.
+    """Metadata of an option besides its type, default and docstring.
 
     Attributes:
         unit: SI unit; empty for a ratio, a count, a text.
         fixed: Why a replay cannot change it; empty if it can.
         choice: The option that decides whether this one counts, as "strategy" for a radius; empty: it always does.
         choices: For which values of that one it does.
-        hint: What else may have been meant by whoever gave it with another choice; follows the refusal.
-        above: It must be larger than 0.
-        least: It must not be below 0.
+        hint: End of the error for an option of another choice, with what else may have been meant.
+        above: Whether the value must be larger than 0.
+        least: Whether the value must not be below 0.
         kept: Name of the text by which a log keeps the content of this option's file; empty if it keeps none.
         once: Whether it is of the run that was recorded alone: a replay sets it back to its default.
-        symbol: What the literature calls it, as mu; --set and --vary take it, too.
+        symbol: Symbol in the literature, as mu; --set and --vary take it, too.
         infinite: Whether it may be infinity.
         within: Smallest and largest number that it may be.
-        remark: What follows the refusal of a number outside `within`.
+        remark: End of the error for a number outside `within`.
         check: Function of the option's name and value that raises InvalidValueError for an invalid value; it is
             not called for None.
     """
@@ -73,7 +73,7 @@ class OptionSpec:
 
 UNSPECIFIED = OptionSpec()
 STANDARD = {"seed": OptionSpec(fixed=NOISY, check=check_seed), "out": OptionSpec(fixed=WRITTEN)}
-"""Of options that every experiment has, unless their fields specify otherwise."""
+"""Metadata of the options that every experiment has, unless their fields specify otherwise."""
 
 
 def option(
@@ -98,18 +98,18 @@ def option(
     `radius: float | None = option(None, "m", of=("strategy", ("spiral",)))`.
 
     Args:
-        default: Its value if nobody gives one.
+        default: Default value.
         unit: SI unit.
         fixed: Why a replay cannot change it.
         of: The option that decides whether this one counts, and for which of its values.
-        hint: What else may have been meant.
-        bound: What numbers must be, if given at all.
+        hint: End of the error for an option of another choice.
+        bound: Bound on numbers.
         kept: Name of the text by which a log keeps its file.
         once: Whether a replay sets it back to its default.
-        symbol: What the literature calls it.
+        symbol: Symbol in the literature.
         infinite: Whether it may be infinity; other numbers keep to the range of their unit (`unit_ranges`).
         within: Smallest and largest number that it may be.
-        remark: What follows the refusal of a number outside `within`.
+        remark: End of the error for a number outside `within`.
         check: Function of the option's name and value that raises InvalidValueError for an invalid value.
     """
     if bound not in ("", "positive", "not negative"):
@@ -165,12 +165,12 @@ def option_of_symbol(kind: type, symbol: str) -> str | None:
 
 
 def lasting(config: Any) -> Any:
-    """Return a configuration without what is of a single run: live changes, a companion."""
+    """Return a configuration without the options of a single run: live changes, a companion run."""
     return replace(config, **{each.name: each.default for each in fields(config) if spec_of(each).once})
 
 
 def check_options(config: "DataclassInstance") -> None:
-    """Make paths of strings; refuse what is no number or out of its bounds or unit, and options of other choices.
+    """Convert strings to paths; refuse wrong types, numbers out of bounds, and options of other choices.
 
     Meant for the beginning of a `Config`'s `__post_init__`; it may be frozen.
 
@@ -221,7 +221,7 @@ def foreign_options(kind: type, values: Mapping[str, object]) -> frozenset[str]:
 
     Args:
         kind: The `Config`.
-        values: Of its options, by name.
+        values: Values of the options, by name.
     """
     return frozenset(
         name

@@ -32,10 +32,10 @@ _SCENE = ("object", ("scene",))
 _MOVING, _MOVED = ("surface", ("sine", "leaving")), ("motion", ("sine", "circle"))
 
 LIVE = ("force", "force_gain")
-"""What may be changed while it runs; the controller knows within which bounds."""
+"""Live parameters; the controller bounds them."""
 
 STIFFNESS, SOFT_STIFFNESS = 20e3, 1e3
-"""Of the simulated contact, hard and soft, by default [N/m]."""
+"""Stiffness of the simulated contact, hard and soft, by default [N/m]."""
 
 MOUNT_DAMPING_RATIO = 0.7
 """Damping ratio of the mount of a yielding surface by itself: 1 is critical."""
@@ -77,21 +77,21 @@ class RegulateConfig(PressingOptions, DriftOptions):
     """
 
     object: PressedName = option("plate", fixed=TOUCHED)
-    """What is pressed on: a plate of 0.2 x 0.2 m, a sphere of 40 mm radius, or a part of a scene from a file."""
+    """Object to press on: a plate of 0.2 x 0.2 m, a sphere of 40 mm radius, or a part of a scene from a file."""
     file: Path | None = option(None, fixed=TOUCHED, of=_SCENE)
-    """The scene: MJCF, with the meshes that it names beside it. It is moved, not turned, so that what is touched
+    """The scene: MJCF, with the meshes that it names beside it. It is moved, not turned, so that the touched part
     stands on z = 0 with its middle over the origin, where it is pressed; its joints and springs let it move."""
     surface: SurfaceName = option("still", fixed=TOUCHED)
-    """What it does: stand still; move up and down in a sine; stand still and be soft; yield, on a mount with
-    spring and damper; leave during the run; or not be there at all."""
+    """Behaviour of the object: stand still; move up and down in a sine; stand still and be soft; yield, on a mount
+    with spring and damper; leave during the run; or not be there at all."""
     surface_amplitude: float = option(
         0.01, "m", fixed=TOUCHED, of=_SINE, check=partial(check_length, largest=LARGEST_AMPLITUDE)
     )
     """Amplitude of a sine surface [m]."""
     surface_speed: float = option(0.02, "m/s", fixed=TOUCHED, of=_MOVING, bound="positive")
-    """Its largest speed; and the speed of one that leaves [m/s]."""
+    """Largest speed of a sine surface, and the speed of one that leaves [m/s]."""
     leave_time: float = option(5.0, "s", fixed=TOUCHED, of=("surface", ("leaving",)), bound="not negative")
-    """When one that leaves does so [s]."""
+    """Time at which a leaving surface leaves [s]."""
     mount_stiffness: float = option(2e3, "N/m", fixed=TOUCHED, of=_MOUNT, bound="positive")
     """Stiffness of the spring that a yielding surface is mounted on [N/m]."""
     mount_mass: float = option(1.0, "kg", fixed=TOUCHED, of=_MOUNT, bound="positive")
@@ -130,8 +130,8 @@ class RegulateConfig(PressingOptions, DriftOptions):
     motion_file: Path | None = option(
         None, fixed="the log keeps it; another one needs another run", of=("motion", FROM_FILES), kept=MOTION_TEXT
     )
-    """Of a path: CSV with time [s] and position x, y and z [m], one line each, wherever they begin; of a table:
-    with time [s] and velocity along x, y and z [m/s]."""
+    """File of the motion. path: CSV with time [s] and position x, y and z [m], one line each, from any beginning.
+    table: CSV with time [s] and velocity along x, y and z [m/s]."""
     axis: tuple[float, ...] = option(())
     """Direction in which force is regulated: three numbers, into the object. Left out: the contact's normal."""
     stiffness: float | None = option(
@@ -199,12 +199,12 @@ class RegulateConfig(PressingOptions, DriftOptions):
 
     @property
     def thing(self) -> str:
-        """What is pressed on, in words."""
+        """Name of the object, for sentences."""
         return f"{self.touch or 'scene'} of {self.file.name}" if self.file is not None else f"a {self.object}"
 
     @property
     def described(self) -> str:
-        """Likewise, with what its surface does."""
+        """Name of the object with the behaviour of its surface, for sentences."""
         return self.thing if self.file is not None else f"a {self.surface} {self.object}"
 
     @property
@@ -224,7 +224,7 @@ class RegulateConfig(PressingOptions, DriftOptions):
 
     @property
     def true_stiffness(self) -> float:
-        """Of the simulated contact [N/m]."""
+        """Stiffness of the simulated contact [N/m]."""
         if self.stiffness is not None:
             return self.stiffness
         return SOFT_STIFFNESS if self.surface == "soft" else STIFFNESS

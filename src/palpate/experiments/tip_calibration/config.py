@@ -33,7 +33,7 @@ class TipCalibrationConfig(ContactOptions):
     every assumption that does not hold. First come a few touches where the things are thought to be, then those
     that tell most. The report shows the tip found beside the typed one; robot.yaml is the robot file with it.
 
-    With --touches nothing moves: touches of a file are evaluated, as of a finger guided by hand. With --plan
+    With --touches nothing moves: touches of a file are evaluated, as from a finger guided by hand. With --plan
     nothing moves either: the touches that would tell most are written to next_touches.csv.
 
     All values are in SI units: metres, newtons, radians.
@@ -58,7 +58,7 @@ class TipCalibrationConfig(ContactOptions):
     forces: tuple[float, ...] = option(
         (1.0, 3.0), "N", fixed=TOUCHED, bound="positive", within=(-math.inf, MAX_FORCE)
     )
-    """Forces of each touch, one after the other [N]: two or more tell the stiffness."""
+    """Forces of each touch, one after the other [N]: two or more determine the stiffness."""
     plate: Triple = option((-0.045, 0.0, 0.0), "m", fixed=TOUCHED)
     """About where the plate's upper side has its middle, base frame [m]."""
     rod: Triple = option((0.03, -0.04, 0.04), "m", fixed=TOUCHED)
@@ -82,7 +82,8 @@ class TipCalibrationConfig(ContactOptions):
     """How wrong the sensor's orientation on the flange may be, about each axis, standard deviation [rad]: it is
     sought, too, by a robot that turns its tip. 0: it is known."""
     mount_shift_sd: float = option(0.0, "m", bound="not negative")
-    """How wrong the sensor's place on the flange may be, along each axis, standard deviation [m], likewise."""
+    """How wrong the sensor's place on the flange may be, along each axis, standard deviation [m]. 0: it
+    is known."""
     unknown_tip: int | None = option(None, fixed=TOUCHED, check=check_seed)
     """Simulate a tip that differs from the robot file by errors that this seed draws: size within 5 %, centre
     within 1 mm along each axis, tilt of 3 degrees, stiffness half to twice. Simulation only, as the next ones."""
