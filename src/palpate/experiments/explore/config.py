@@ -6,13 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from palpate.errors import InvalidValueError
-from palpate.experiments.explore.objects import (
-    ObjectName,
-    article_of,
-    check_file,
-    checked_size,
-)
+from palpate.errors import InvalidValueError, positive
 from palpate.experiments.kit.checks import (
     MAX_FORCE,
     MIN_FORCE_PER_TOUCH_FORCE,
@@ -25,6 +19,24 @@ from palpate.experiments.kit.checks import (
 )
 from palpate.experiments.kit.options import TOUCHED, check_options, option, own_first, with_default
 from palpate.experiments.kit.scene_options import ContactOptions, ObjectOptions, PressingOptions, SceneOptions
+
+ObjectName = Literal["sphere", "ellipsoid", "box", "cylinder", "torus", "bumps", "mesh", "height-field", "scene"]
+
+OBJECT_SIZES: dict[ObjectName, tuple[str, tuple[float, ...]]] = {
+    "sphere": ("radius", (0.04,)),
+    "ellipsoid": ("three semi-axes", (0.05, 0.04, 0.03)),
+    "box": ("length, width and height", (0.08, 0.08, 0.04)),
+    "cylinder": ("radius and length (it lies along x)", (0.03, 0.12)),
+    "torus": ("radius of the ring and of its tube (it lies about z)", (0.06, 0.025)),
+    "bumps": ("amplitude, wavelength and side of the square that they cover", (0.003, 0.06, 0.18)),
+    "mesh": ("nothing, the file gives it", ()),
+    "height-field": ("width and depth, unless the file gives them", ()),
+    "scene": ("nothing, the file gives it", ()),
+}
+"""Sizes of each object: their meaning, and defaults [m]."""
+
+FROM_FILE: tuple[ObjectName, ...] = ("mesh", "height-field", "scene")
+"""Objects that a file describes."""
 
 StrategyName = Literal["raster", "spiral", "contour", "taps", "active"]
 CurveName = Literal["level", "edge"]
@@ -70,6 +82,63 @@ _SPIRAL, _CONTOUR, _ACTIVE = (("strategy", (name,)) for name in ("spiral", "cont
 
 LIVE = ("force", "speed", "force_gain")
 """Live parameters: they may be changed while an exploration runs."""
+
+
+def _article_of(name: ObjectName) -> str:
+    """Return the article before an object's name."""
+    return "some" if name == "bumps" else "an" if name[0] in "aeiou" else "a"
+
+
+def _checked_size(name: ObjectName, size: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the size of an object [m], its default where none is given.
+
+    Raises:
+        InvalidValueError: If there is no such object, or it has no such size.
+    """
+    if name not in OBJECT_SIZES:
+        raise InvalidValueError(f"object = {name!r}: must be one of {', '.join(OBJECT_SIZES)}")
+    meaning, default = OBJECT_SIZES[name]
+    size = size or default
+    if name in FROM_FILE:
+        if len(size) not in ((0, 2) if name == "height-field" else (0,)):
+            raise InvalidValueError(f"size = {spaced(size)}: {_article_of(name)} {name} takes {meaning}")
+    elif len(size) != len(default):
+        raise InvalidValueError(
+            f"size = {spaced(size)}: {_article_of(name)} {name} takes {len(default)} number"
+            f"{'s' if len(default) > 1 else ''}, its {meaning} [m]; for example {spaced(default)}"
+        )
+    for length in size:
+        check_length("size", length)
+    return size
+
+
+def _check_file(name: ObjectName, file: Path | None, scale: float) -> None:
+    """Refuse an object without the file that must describe it, and one with a file that needs none.
+
+    Args:
+        name: Name of the object.
+        file: File that describes the object.
+        scale: Metres per unit of the file.
+
+    Raises:
+        InvalidValueError: If file and object do not go together, or the scale is not positive or has no file.
+    """
+    positive("scale", scale, "m per unit of the file")
+    if name in FROM_FILE:
+        if file is None:
+            raise InvalidValueError(f"object = {name}: a file must describe it (--file)")
+        if name == "scene" and scale != 1.0:
+            raise InvalidValueError(
+                f"scale = {scale:g}: a scene is in metres; scale its meshes in the file, as "
+                'scale="0.001 0.001 0.001"'
+            )
+    elif file is not None:
+        raise InvalidValueError(
+            f"file = {file}: {_article_of(name)} {name} is described by --size; for a file give "
+            f"--object {' or --object '.join(FROM_FILE)}"
+        )
+    elif scale != 1.0:
+        raise InvalidValueError(f"scale = {scale:g}: is for files; {name} takes --size, in metres")
 
 
 @own_first
@@ -164,8 +233,8 @@ class ExploreConfig(PressingOptions, ObjectOptions):
 
     def __post_init__(self) -> None:
         check_options(self)
-        object.__setattr__(self, "size", checked_size(self.object, self.size))
-        check_file(self.object, self.file, self.scale)
+        object.__setattr__(self, "size", _checked_size(self.object, self.size))
+        _check_file(self.object, self.file, self.scale)
         if self.center and not (len(self.center) == 2 and all(map(math.isfinite, self.center))):
             raise InvalidValueError(f"center = {spaced(self.center)}: give two numbers, x and y [m]")
         self._check_force()
@@ -188,7 +257,7 @@ class ExploreConfig(PressingOptions, ObjectOptions):
     @property
     def article(self) -> str:
         """The article before the object's name."""
-        return article_of(self.object)
+        return _article_of(self.object)
 
     @property
     def thing(self) -> str:

@@ -5,9 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.config import ExploreConfig, ObjectName
 from palpate.experiments.explore.heights_file import heights_text, load_heights, read_heights_text
-from palpate.experiments.explore.objects import ObjectName
 from palpate.experiments.kit.scene import attached_scene, scene_attachments
 from palpate.sim import (
     Box,

@@ -21,10 +21,9 @@ from palpate.controllers import (
 from palpate.controllers.explore_parameters import ACCELERATION
 from palpate.controllers.paths import Circuit, Hop, Leg, Mark, PathPlane, Point, SingleTouch, Stroke
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import FASTEST, SLOWEST, ExploreConfig
+from palpate.experiments.explore.config import FASTEST, FROM_FILE, SLOWEST, ExploreConfig
 from palpate.experiments.explore.experiment import FILE_NAMES
 from palpate.experiments.explore.explored_object import object_of, object_texts
-from palpate.experiments.explore.objects import FROM_FILE
 from palpate.experiments.explore.scan import PathTiming, Scan, scan_on
 from palpate.experiments.kit.checks import (
     MIN_FORCE_PER_TOUCH_FORCE,
