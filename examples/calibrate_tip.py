@@ -29,16 +29,17 @@ def main(robot: str = "turning-stage-nano17", touches: int = 24, seed: int = 0, 
         seed=seed,  # of the sensor's noise
     )
     result = pp.calibrate_tip(wrong, out)
-    fit, true, typed = result.fit, result.true, result.known.tip
+    fit, true, errors, typed = result.fit, result.true, result.errors, result.known.tip
     assert fit is not None
     assert true is not None  # it is simulated
+    assert errors is not None
     print(f"{len(fit.touches)} rests in contact; {fit.verdict}")
-    for name, of in (("typed", typed), ("true", true.tip)):
+    for name, of in (("typed", typed), ("true", true)):
         print(f"  {name}: radius {1e3 * of.shape.sizes[0]:.4f} mm, centre {np.round(1e3 * of.center, 4)} mm")
     print(f"  found: radius {1e3 * fit.sizes[0]:.4f} mm, centre {np.round(1e3 * fit.center, 4)} mm")
-    print(f"  radius off by {1e6 * true.size_error(fit):.2f} um, standard deviation {1e6 * fit.sd[0]:.2f} um")
-    print(f"  centre off by {1e6 * true.center_error(fit):.2f} um, per axis {1e6 * result.largest_sd:.2f} um")
-    print(f"  stiffness off by {100.0 * true.stiffness_error(fit):.2f} %")
+    print(f"  radius off by {1e6 * errors.size:.2f} um, standard deviation {1e6 * fit.sd[0]:.2f} um")
+    print(f"  centre off by {1e6 * errors.center:.2f} um, per axis {1e6 * result.largest_sd:.2f} um")
+    print(f"  stiffness off by {100.0 * errors.stiffness:.2f} %")
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from palpate.atomic_file import replacing
 from palpate.bounded_file import Bounds, read_array, read_bytes, read_text
 from palpate.csv_table import read_csv_table
 from palpate.errors import InvalidValueError, PalpateError
-from palpate.experiments.kit.output_folder import make_folder
+from palpate.experiments.kit.checks import make_folder
 from palpate.plain_text import inert, inert_cell
 from palpate.strict_yaml import DEEPEST, read_yaml
 

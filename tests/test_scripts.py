@@ -149,7 +149,7 @@ def check_short(shown, *words):
 def test_a_result_is_printed_in_a_few_lines():
     found = pp.explore(pp.ExploreConfig(width=0.006, depth=0.004, speed=0.04))
     for shown in (str(found), repr(found), f"{found}"):
-        check_short(shown, "Exploration of a sphere", "contacts: ", " mm", "more metrics")
+        check_short(shown, "Exploration of a sphere", "  largest force felt: ", " mm", "more metrics")
 
 
 @pytest.mark.slow

@@ -22,7 +22,7 @@ from palpate.experiments.explore.surface_figure import (
     surface_figure,
 )
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.figures import MOMENTS, held_mesh, moments_figure, over_time, worst_moment
+from palpate.experiments.grasp.figures import MOMENT_COUNT, held_mesh, moments_figure, over_time, worst_moment
 from palpate.experiments.regulate.figures import bode_figure, error_figure, step_figure
 from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
 from palpate.mapping.layers import VertexLayer
@@ -200,7 +200,7 @@ def test_what_is_played_begins_with_the_lift_and_shows_the_worst_moment_first(gr
     picture = moments_figure(grasp)
     space, *surfaces = picture.panels
     worst, truth = worst_moment(grasp), grasp.truth
-    assert MOMENTS <= len(picture.steps) <= MOMENTS + 1
+    assert MOMENT_COUNT <= len(picture.steps) <= MOMENT_COUNT + 1
     assert picture.steps[picture.step] == f"{truth.time[worst]:.3f} s, hold, the worst"
     borne = grasp.carried & truth.touching.all(axis=1)
     assert load_sizes(grasp.planned.true, truth.loads[worst]).max() == pytest.approx(

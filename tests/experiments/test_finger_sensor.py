@@ -122,7 +122,7 @@ def test_a_tare_finds_the_bias_and_what_cross_talk_makes_of_the_weight(specimen,
 def test_white_noise_alone_needs_no_sensor_file():
     assert described_of("{}") is None
     robot = robot_with("{}", more=PAYLOAD + "    noise: {force_N: 0.01}\n")
-    assert not isinstance(plan_of(config_of(robot), robot).finger, SensorFinger)
+    assert not isinstance(plan_of(config_of(robot), robot).fingers[0], SensorFinger)
 
 
 @pytest.mark.parametrize("sensor", ["{latency_s: 0.001}", "{bias: {force_N: [1, 0, 0]}}", "{lost_share: 0.1}"])
@@ -296,9 +296,9 @@ def test_with_every_imperfection_on_the_same_seed_gives_the_same_run():
     assert felt_while_lowered(other) == felt_while_lowered(again) == felt
     assert felt_while_lowered(one) == felt
     assert felt_while_lowered(plan_of(config_of(robot, seed=8), robot)) != felt
-    assert isinstance(again.finger, SensorFinger)
-    assert isinstance(one.finger, SensorFinger)
-    assert again.finger.sensor.bias == one.finger.sensor.bias
+    assert isinstance(again.fingers[0], SensorFinger)
+    assert isinstance(one.fingers[0], SensorFinger)
+    assert again.fingers[0].sensor.bias == one.finger.sensor.bias
 
 
 # --- From a robot file to a simulated sensor: what is written replaces the preset's, nothing else changes ---

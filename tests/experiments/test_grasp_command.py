@@ -22,7 +22,7 @@ from palpate.experiments.grasp.config import GraspConfig
 from palpate.experiments.grasp.experiment import GraspObject
 from palpate.experiments.grasp.friction_belief import COVERED_BY_MARGIN, planned_with
 from palpate.experiments.grasp.metrics import METRICS, SLIP_LIMIT
-from palpate.experiments.grasp.minimum_grip import TOLERANCE, least_forces, least_grip
+from palpate.experiments.grasp.minimum_grip import GRIP_TOLERANCE, least_forces, least_grip
 from palpate.experiments.grasp.report import compared, heaviest_load
 from palpate.experiments.grasp.result import grasp_of
 from palpate.experiments.grasp.truth import STAGES, clearance
@@ -71,7 +71,7 @@ def test_three_fingers_share_a_weight_evenly():
     contacts, normals = three_contacts()
     surface = LimitSurface(0.5, 0.004)
     least = least_grip(surface, (0.0, 0.0, -3.0, 0.0, 0.0, 0.0), contacts.tolist(), normals.tolist())
-    assert least == pytest.approx(1.0 / 0.5, rel=2.0 * TOLERANCE)
+    assert least == pytest.approx(1.0 / 0.5, rel=2.0 * GRIP_TOLERANCE)
 
 
 @pytest.mark.slow
@@ -88,12 +88,14 @@ def test_the_least_of_three_does_not_depend_on_the_frame_and_grows_with_the_load
     surface = LimitSurface(mu, e)
     load = np.array([*force, *moment]) + 0.01
     least = least_grip(surface, load, contacts, normals)
-    assert least_grip(surface, 2.0 * load, contacts, normals) == pytest.approx(2.0 * least, rel=3.0 * TOLERANCE)
+    assert least_grip(surface, 2.0 * load, contacts, normals) == pytest.approx(
+        2.0 * least, rel=3.0 * GRIP_TOLERANCE
+    )
     R, _ = np.linalg.qr(np.random.default_rng(seed).standard_normal((3, 3)))
     R *= np.sign(np.linalg.det(R))
     turned = np.concatenate([R @ load[:3], R @ load[3:]])
     there = least_grip(surface, turned, contacts @ R.T, normals @ R.T)
-    assert there == pytest.approx(least, rel=3.0 * TOLERANCE)
+    assert there == pytest.approx(least, rel=3.0 * GRIP_TOLERANCE)
 
 
 @pytest.mark.slow
@@ -107,14 +109,14 @@ def test_the_least_of_three_is_what_cones_have_for_least_and_below_any_grip_that
     grasp = GraspContacts(contacts, frames, 0.5, 0.004)
     effort = GraspForceOptimizer(grasp).solve(np.array(load)).forces[:, 0]
     alike = GraspForceOptimizer(grasp, "min_peak").solve(np.array(load)).objective
-    assert mean * (1.0 - 3.0 * TOLERANCE) <= effort.mean()
-    assert mean <= alike * (1.0 + 3.0 * TOLERANCE)
+    assert mean * (1.0 - 3.0 * GRIP_TOLERANCE) <= effort.mean()
+    assert mean <= alike * (1.0 + 3.0 * GRIP_TOLERANCE)
     forces = least_forces(surface, load, contacts, normals)
     held = GraspContacts(
-        contacts, frames, 0.5 * (1.0 + 5.0 * TOLERANCE), 0.004, force_min=0.0, force_max=np.array(forces)
+        contacts, frames, 0.5 * (1.0 + 5.0 * GRIP_TOLERANCE), 0.004, force_min=0.0, force_max=np.array(forces)
     )
     factor = GraspForceOptimizer(held, "load_factor").solve(np.array(load)).load_factor
-    assert factor > 1.0 - 5.0 * TOLERANCE
+    assert factor > 1.0 - 5.0 * GRIP_TOLERANCE
 
 
 @pytest.mark.slow

@@ -24,7 +24,7 @@ from palpate.experiments.grasp.friction_belief import (
 )
 from palpate.experiments.grasp.metrics import MAX_GRIP, METRICS
 from palpate.experiments.grasp.minimum_grip import (
-    TOLERANCE,
+    GRIP_TOLERANCE,
     _least_of_many,
     grip_for,
     largest_load,
@@ -32,7 +32,7 @@ from palpate.experiments.grasp.minimum_grip import (
     least_grip,
     load_under,
 )
-from palpate.experiments.grasp.plan import NUDGE
+from palpate.experiments.grasp.plan import NUDGE_PARAMETERS
 from palpate.experiments.kit.metric import metric_rows, metrics_of
 from palpate.friction.contact_load import ContactLoad
 from palpate.friction.friction_file import How
@@ -132,8 +132,8 @@ def test_a_nudge_takes_as_long_as_planned(nudged):
     """From the last touch to the lift, and all of it before the pull: stroke and twists ramp up and down."""
     touched = float(nudged.truth.time[int(nudged.truth.touching.all(axis=1).argmax())])
     lifted = float(nudged.truth.time[int(np.flatnonzero(nudged.truth.height > 1e-3)[0])])
-    assert lifted - touched > NUDGE.duration
-    assert lifted - touched < NUDGE.duration + 0.7
+    assert lifted - touched > NUDGE_PARAMETERS.duration
+    assert lifted - touched < NUDGE_PARAMETERS.duration + 0.7
     assert float(nudged.truth.time[nudged.carried][0]) < nudged.planned.times.begin
 
 
@@ -221,7 +221,7 @@ def test_of_two_opposed_fingers_the_programme_finds_the_least_of_any_surface(p, 
     first, second = (tuple(each) for each in contacts.tolist())
     least = least_grip(surface, load, (first, second), ((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
     found = _least_of_many(surface, np.full(2, least), np.array(load), contacts, -contacts / 0.03)
-    assert found == pytest.approx([least, least], rel=3.0 * TOLERANCE)
+    assert found == pytest.approx([least, least], rel=3.0 * GRIP_TOLERANCE)
 
 
 def test_the_least_of_three_agrees_with_itself_where_e_grows():
@@ -232,7 +232,7 @@ def test_the_least_of_three_agrees_with_itself_where_e_grows():
     grows = replace(constant, load_exponent=0.3)
     least = np.array(least_forces(grows, load, at.tolist(), (-at / 0.03).tolist()))
     assert _least_of_many(grows, least, np.array(load), at, -at / 0.03) == pytest.approx(
-        least, rel=3.0 * TOLERANCE
+        least, rel=3.0 * GRIP_TOLERANCE
     )
     assert least.mean() < least_grip(constant, load, at.tolist(), (-at / 0.03).tolist())
 

@@ -136,7 +136,7 @@ def regulated_with(log, **config):
 def short_of_memory(monkeypatch):
     monkeypatch.setattr(recorded_run, "BESIDE_A_LOG", 300)
     monkeypatch.setattr(recorded_periods, "MOST_PERIODS", 500)
-    monkeypatch.setattr(recorded_periods, "AT_ONCE", 700)
+    monkeypatch.setattr(recorded_periods, "_AT_ONCE", 700)
     monkeypatch.setattr(log_writer, "LARGEST_CHUNK", 2**17)
 
 

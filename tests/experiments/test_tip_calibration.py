@@ -16,11 +16,11 @@ from palpate.controllers.touch_sequence import HeldSpan
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.tip_calibration import TipCalibrationConfig, calibrate_tip
-from palpate.experiments.tip_calibration.felt import BLOCKS, felt_touches
+from palpate.experiments.tip_calibration.found_tip import TipErrors, true_tip
 from palpate.experiments.tip_calibration.known import believed_targets, simulated_bench, true_targets, typed_tip
 from palpate.experiments.tip_calibration.places import Approach, first_touches
+from palpate.experiments.tip_calibration.touches import BLOCK_COUNT, felt_touches
 from palpate.experiments.tip_calibration.touches_csv import read_touches, touches_text
-from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
 from palpate.robots.robot import load_robot
 from palpate.robots.surface_entries import CapsuleEntry, EllipsoidEntry, SphereEntry
 from palpate.runtime.log import read_log
@@ -140,7 +140,7 @@ def test_the_deviation_of_a_mean_counts_correlation(correlation):
 def test_a_tip_that_creeps_is_left_out_and_one_that_rests_nowhere_refused():
     with pytest.raises(InvalidValueError, match="nothing was felt at rest"):
         felt_touches([MadeUp(LOADS, NOISE, creep=1e-3)], SPANS, [0] * 5)
-    short = [replace(SPANS[0], held=(0.5, 0.5 + (2 * BLOCKS - 2) * 1e-3))]
+    short = [replace(SPANS[0], held=(0.5, 0.5 + (2 * BLOCK_COUNT - 2) * 1e-3))]
     with pytest.raises(InvalidValueError, match="nothing was felt at rest"):
         felt_touches([MadeUp(LOADS, NOISE)], short, [0])
 
@@ -220,13 +220,13 @@ def test_touches_that_do_not_tell_enough_are_not_to_be_used(tmp_path, capsys):
 def calibrated(tmp_path, robot, **options) -> TipFit:
     result = calibrate_tip(TipCalibrationConfig(robot=robot, unknown_tip=1, **options), tmp_path)
     assert result.fit is not None
-    assert result.true is not None
+    assert result.errors is not None
     assert result.usable, str(result.fit.verdict)
     errors = np.abs(result.fit.values - result.fit.unknowns.typed)
     assert errors[0] > 1e-4, "the tip was another one"
-    assert result.true.size_error(result.fit) < 5.0 * result.fit.sd[0] + 1e-6
-    assert result.true.center_error(result.fit) < 5.0 * result.largest_sd + 1e-6
-    assert result.true.stiffness_error(result.fit) < 0.05
+    assert result.errors.size < 5.0 * result.fit.sd[0] + 1e-6
+    assert result.errors.center < 5.0 * result.largest_sd + 1e-6
+    assert result.errors.stiffness < 0.05
     return result.fit
 
 

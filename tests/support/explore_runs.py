@@ -52,7 +52,7 @@ def section(report, heading) -> Any:
 def pictures(report, heading):
     """What is drawn in a section, by title."""
     parts = section(report, heading).parts
-    drawn = [each for part in parts if hasattr(part, "draw") for each in part.draw() if each is not None]
+    drawn = [each for part in parts if hasattr(part, "drawn") for each in part.drawn(heading)]
     return {each.title: each for each in drawn}
 
 

@@ -12,10 +12,10 @@ from rich.console import Console
 from palpate.bounded_file import open_regular
 from palpate.commands.command_result import CommandResult, ExitCode, shown_quantities
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.checks import check_folder, make_folder
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, experiment_in
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.metric import metric_notes, metrics_of
-from palpate.experiments.kit.output_folder import check_folder, make_folder
 from palpate.experiments.kit.recorded_run import Recorded, RecordedRun
 from palpate.experiments.kit.recording import REPORT_FILE, log_writer, tell_log, write_result, written
 from palpate.experiments.kit.registry import experiment_named

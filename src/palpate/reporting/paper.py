@@ -19,7 +19,7 @@ import numpy.typing as npt
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize, to_rgb
+from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb
 from matplotlib.figure import Figure as PaperFigure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import MaxNLocator, NullFormatter
@@ -225,9 +225,9 @@ def _by_colouring(figure: Figure) -> Iterator[tuple[str, Figure]]:
 # ---------------------------------------------------------------- colours
 
 
-def _colour_scale(colouring: Colouring) -> tuple[Normalize, Colormap]:
-    scale = colouring.scale
-    return Normalize(*colouring.limits), LinearSegmentedColormap.from_list(scale.name, list(scale.value))
+def _colour_scale(colouring: Colouring) -> _Style:
+    colours = LinearSegmentedColormap.from_list(colouring.scale.name, list(colouring.scale.value))
+    return {"norm": Normalize(*colouring.limits), "cmap": colours}
 
 
 def _colour_bar(axes: Axes, mapped: ScalarMappable, label: str) -> None:
@@ -357,18 +357,8 @@ def _draw(axes: Axes, mark: Mark, step: int, order: float) -> None:
 
 def _draw_points(axes: Axes, mark: Points, order: float) -> None:
     if mark.colouring is not None:
-        norm, colours = _colour_scale(mark.colouring)
-        dots = axes.scatter(
-            mark.x,
-            mark.y,
-            c=mark.colouring.values,
-            cmap=colours,
-            norm=norm,
-            s=(_POINT * mark.size) ** 2,
-            linewidths=0.0,
-            rasterized=True,
-            zorder=order,
-        )
+        style = _colour_scale(mark.colouring) | {"c": mark.colouring.values, "s": (_POINT * mark.size) ** 2}
+        dots = axes.scatter(mark.x, mark.y, linewidths=0.0, rasterized=True, zorder=order, **style)
         _colour_bar(axes, dots, mark.colouring.label)
         return
     axes.errorbar(
@@ -390,8 +380,7 @@ def _draw_points(axes: Axes, mark: Points, order: float) -> None:
 def _draw_cells(axes: Axes, mark: Cells) -> None:
     rows, columns = len(mark.rows), len(mark.columns)
     values = np.ma.masked_invalid(np.asarray(mark.colouring.values, dtype=np.float64).reshape(rows, columns))
-    norm, colours = _colour_scale(mark.colouring)
-    mapped = axes.pcolormesh(values, cmap=colours, norm=norm)
+    mapped = axes.pcolormesh(values, **_colour_scale(mark.colouring))
     axes.invert_yaxis()
     names = list(map(_plain, mark.columns))
     axes.set_xticks(np.arange(columns) + 0.5, names, rotation=40, ha="right", rotation_mode="anchor")
@@ -467,23 +456,21 @@ def _draw_path(axes: Axes3D, mark: Polyline, style: _Style) -> None:
         axes.plot(*points.T, color=mark.colour.light, **style)
         return
     colouring = mark.colourings[0]
-    norm, colours = _colour_scale(colouring)
     parts = np.stack([points[:-1], points[1:]], axis=1)
-    scale = {"cmap": colours, "norm": norm, "array": colouring.values[:-1]}
+    scale = _colour_scale(colouring) | {"array": colouring.values[:-1]}
     line = Line3DCollection(parts, rasterized=True, **style, **scale)
     axes.add_collection3d(line)
     _colour_bar(axes, line, colouring.label)
 
 
 def _draw_spots(axes: Axes3D, mark: Spots, style: _Style) -> None:
-    style = style | {"s": (0.7 * mark.size) ** 2, "linewidths": 0.6, "depthshade": False}
-    style |= {"marker": _SPACE_SYMBOLS.get(mark.symbol, "o")}
+    size, symbol = (0.7 * mark.size) ** 2, _SPACE_SYMBOLS.get(mark.symbol, "o")
+    style = style | {"s": size, "marker": symbol, "linewidths": 0.6, "depthshade": False}
     if not mark.colourings:
         axes.scatter(*(_MILLI * mark.points).T, color=mark.colour.light, **style)
         return
     colouring = mark.colourings[0]
-    norm, colours = _colour_scale(colouring)
-    scale = {"c": colouring.values, "cmap": colours, "norm": norm, "rasterized": True}
+    scale = _colour_scale(colouring) | {"c": colouring.values, "rasterized": True}
     dots = axes.scatter(*(_MILLI * mark.points).T, **style, **scale)
     _colour_bar(axes, dots, colouring.label)
 
@@ -493,7 +480,7 @@ def _draw_surface(axes: Axes3D, mark: Surface, style: _Style) -> None:
     colours: npt.NDArray[np.float64] = np.tile(to_rgb(mark.colour.light), (len(corners), 1))
     if mark.colourings:
         colouring = mark.colourings[0]
-        mapped = ScalarMappable(*_colour_scale(colouring))
+        mapped = ScalarMappable(**_colour_scale(colouring))
         value = colouring.values[mark.triangles].mean(axis=1)
         colours = np.where(np.isfinite(value)[:, None], mapped.to_rgba(value)[:, :3], to_rgb(MAP_COLOUR.light))
         _colour_bar(axes, mapped, colouring.label)

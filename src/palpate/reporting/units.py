@@ -76,12 +76,7 @@ def scale_of(unit: str, largest: float) -> Scale:
         return Scale(1e4, "cm²")
     if unit not in SMALLEST_SHOWN or largest <= 0.0:
         return Scale(1.0, unit)
-    for factor, prefix in PREFIXES:
-        if factor * largest >= (SMALLEST_SHOWN[unit] if factor == 1.0 else 1.0):
-            return Scale(factor, prefix + unit)
-    return Scale(*_last(unit))
-
-
-def _last(unit: str) -> tuple[float, str]:
-    factor, prefix = PREFIXES[-1]
-    return factor, prefix + unit
+    least = SMALLEST_SHOWN[unit]
+    fitting = (each for each in PREFIXES if each[0] * largest >= (least if each[0] == 1.0 else 1.0))
+    factor, prefix = next(fitting, PREFIXES[-1])
+    return Scale(factor, prefix + unit)

@@ -23,7 +23,7 @@ from palpate.commands.calibrate.tables import calibration_table, models_table
 from palpate.commands.command_result import CommandResult
 from palpate.errors import InvalidValueError
 from palpate.estimation import Verdict
-from palpate.experiments.kit.output_folder import check_file
+from palpate.experiments.kit.checks import check_file
 from palpate.reporting.page import write_report
 from palpate.sensing.ft import CalibrationFit, SensorFile, choose_calibration, with_calibration
 from palpate.sensing.ft.calibration_checks import contradicted_axes

@@ -41,7 +41,7 @@ from palpate.commands.calibrate.tables import bias_table, mounting_table, payloa
 from palpate.commands.command_result import CommandResult
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import BrokenAssumption, Verdict
-from palpate.experiments.kit.output_folder import check_file
+from palpate.experiments.kit.checks import check_file
 from palpate.sensing.ft import (
     IdentifiedMounting,
     IdentifiedPayload,

@@ -12,7 +12,7 @@ from palpate.commands.calibrate.data import CsvData, MeasuredPoses, measured_pos
 from palpate.commands.calibrate.steps import loaded, measured, noted, refuse_overwriting, target
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import BrokenAssumption
-from palpate.experiments.kit.output_folder import check_file
+from palpate.experiments.kit.checks import check_file
 from palpate.sensing.ft import IdentifiedPayload, SensorFile
 from palpate.sensing.ft.pose_mistakes import likely_mistake
 from palpate.sensing.ft.poses import GRAVITY_SD, STANDARD_GRAVITY

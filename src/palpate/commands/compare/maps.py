@@ -13,7 +13,7 @@ from palpate.atomic_file import replacing
 from palpate.commands.command_result import CommandResult
 from palpate.commands.compare.config import CompareConfig
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.kit.output_folder import check_folder, make_folder
+from palpate.experiments.kit.checks import check_folder, make_folder
 from palpate.mapping.compare import Comparison, DistanceSpread, compare
 from palpate.mapping.compare_files import read_map, read_reference
 from palpate.mapping.compare_surface import TriangleSurface

@@ -15,12 +15,12 @@ from rich.text import Text
 
 from palpate.commands.command_result import CommandResult
 from palpate.errors import FloatArray, InvalidValueError
+from palpate.experiments.kit.checks import make_folder
 from palpate.experiments.kit.comparable import ErrorSample, FeltMap, WithErrors, WithMap, WithSetForce
 from palpate.experiments.kit.experiment import Result
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.metric import metrics_of
 from palpate.experiments.kit.options import has_unit, option_words, specs_of
-from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import ProgressCallback, no_progress
 from palpate.mapping import Knowledge
 from palpate.mapping.mesh_metrics import MeshMetrics

@@ -21,7 +21,7 @@ from palpate.commands.contact.table import ContactTable, JsonLines
 from palpate.commands.wrench_csv import ByteSource, WrenchReader
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.estimation import Assumption, BrokenAssumption
-from palpate.experiments.kit.output_folder import check_file
+from palpate.experiments.kit.checks import check_file
 from palpate.sensing.contact import ContactStatus
 from palpate.sensing.ft.arrays import OTHER_MOMENT_UNIT
 from palpate.sensing.solver import Surface, contacts_from_wrenches

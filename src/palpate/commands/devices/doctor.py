@@ -121,10 +121,10 @@ def _findings(robot: Robot, parts: RigParts, device: AnyDevice, duration: float)
 
     Sensors in the arm are examined while the arm runs. Each iterator raises DeviceError if its device is lost.
     """
-    if device is parts.hand:
+    if parts.hand is not None and device is parts.hand:
         return _hand_findings(robot, parts.hand, duration)
     sensors = [(i, finger.device) for i, finger in enumerate(parts.sensors)]
-    if device is parts.arm:
+    if parts.arm is not None and device is parts.arm:
         within = [(i, sensor) for i, sensor in sensors if parts.sensors[i].in_arm]
         examined = (_examined(sensor, _sensor_findings(robot, i, sensor, duration)) for i, sensor in within)
         return chain(_arm_findings(robot, parts.arm, duration), *examined)

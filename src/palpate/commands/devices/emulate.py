@@ -2,8 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass
 from types import FrameType
 from typing import assert_never
 
@@ -52,23 +50,6 @@ _START_POSITION = (-0.1333, 0.4919, 0.4879)
 """Position of the tip at the beginning, the arm's own base frame [m]: over the work place of a UR5e."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Emulated:
-    """Devices that listen, and the mechanics behind them.
-
-    Attributes:
-        plant: Mechanics that an arm and a hand among the devices move.
-        servers: Devices.
-        about: How to connect to a device, in a sentence each.
-        faults: Names of the faults of a single device; empty for the devices of a robot.
-    """
-
-    plant: Plant
-    servers: Sequence[Server]
-    about: Sequence[str]
-    faults: Sequence[str] = ()
-
-
 def run_emulate(config: EmulateConfig) -> CommandResult:
     """Emulate devices until Ctrl-C or another signal that ends a process; return their description.
 
@@ -76,31 +57,30 @@ def run_emulate(config: EmulateConfig) -> CommandResult:
         InvalidValueError: If the device is impossible, an address is not free, there is no such fault or robot, or
             a device of the robot has no emulator.
     """
-    console = Console()
-    with ExitStack() as opened:
-        devices = _emulated(config, opened)
+    console, servers = Console(), list[Server]()
+    try:
+        plant, about, faults = _opened(config, servers)
         for name, value in () if isinstance(config, EmulateRobotConfig) else config.fault:
-            say(console, f"fault: {devices.servers[0].inject(name, value)}")
+            say(console, f"fault: {servers[0].inject(name, value)}")
         scale = 1.0 if isinstance(config, EmulateNetftConfig) else config.time_scale
-        host = Host(devices.plant, devices.servers, scale, config.control_port, _chosen_token())
-        opened.pop_all()  # the host closes the devices
-    facts = {
-        "devices": host.addresses,
-        "about": devices.about,
-        "control_port": host.control_port,
-        "faults": devices.faults,
-    }
-    usage = "DEVICE NAME VALUE; a wrong NAME lists those that exist"
-    if devices.faults:
-        usage = f"{devices.servers[0].name!r} NAME VALUE\n  NAME: {', '.join(devices.faults)}"
-    text = f"Faults: palpate emulate fault '{host.control_address}' {usage}\nRuns until Ctrl-C."
+        host = Host(plant, servers, scale, config.control_port, _chosen_token())
+    except BaseException:
+        for server in servers:
+            server.close()
+        raise
+    about = about or [f"{name} at {address}" for name, address in host.addresses.items()]
+    usage = ["DEVICE NAME VALUE; a wrong NAME lists those that exist"]
+    if faults:
+        usage = [f"{servers[0].name!r} NAME VALUE", f"  NAME: {', '.join(faults)}"]
+    usage[0] = f"Faults: palpate emulate fault '{host.control_address}' {usage[0]}"
+    facts = {"devices": host.addresses, "about": about, "control_port": host.control_port, "faults": faults}
 
     def stop(number: int, frame: FrameType | None) -> None:
         note(number)
         host.stop()
 
     with handling(stop):
-        for line in (*devices.about, *text.split("\n")):
+        for line in (*about, *usage, "Runs until Ctrl-C."):
             say(console, line)
         host.run()
     return CommandResult(outcome="Ended.", facts=facts, shown=("Ended.",))
@@ -127,61 +107,58 @@ def run_fault(config: EmulateFaultConfig) -> CommandResult:
     return CommandResult(outcome=done, facts=facts, shown=(done,))
 
 
-def _emulated(config: EmulateConfig, opened: ExitStack) -> _Emulated:
-    """Return the devices of a configuration; `opened` closes them."""
+def _opened(config: EmulateConfig, servers: list[Server]) -> tuple[Plant, list[str], Sequence[str]]:
+    """Add the devices of a configuration, which listen, to `servers`.
+
+    Returns:
+        Mechanics that an arm and a hand among the devices move; how to connect to a device, empty for a robot;
+        names of its faults.
+    """
     match config:
         case EmulateUrConfig():
             version = ControllerVersion(*version_numbers(config.version))
-            arm = UrServer(config.address, version)
-            opened.callback(arm.close)
+            servers.append(UrServer(config.address, version))
             plane = None if config.plane is None else ElasticPlane(config.plane, config.stiffness)
             ports = "RTDE 30004, script 30003, dashboard 29999"
-            about = f"UR controller {version} at {arm.address} ({ports}): connect to this address."
-            return _Emulated(SimplePlant(SimpleTip(plane=plane)), [arm], [about], tuple(ControllerFault))
+            about = f"UR controller {version} at {servers[0].address} ({ports}): connect to this address."
+            return SimplePlant(SimpleTip(plane=plane)), [about], tuple(ControllerFault)
         case EmulateDynamixelConfig():
-            return _emulated_servos(config, opened)
+            if config.baud_rate not in BAUD_RATES:
+                rates = ", ".join(map(str, BAUD_RATES))
+                raise InvalidValueError(f"baud_rate = {config.baud_rate}: must be one of {rates}")
+            kind = next(kind for kind in KINDS.values() if kind.servo.name == config.model)
+            bus = [EmulatedServo(kind, i + 1, config.baud_rate) for i in range(config.servos)]
+            servers.append(DynamixelBus(bus, link=config.link, seed=config.seed))
+            ids = "id 1" if config.servos == 1 else f"ids 1 to {config.servos}"
+            place = f"{config.model}, {ids}, at {servers[0].address}"
+            wall = None if config.wall is None else ElasticWall(config.wall)
+            plant = SimplePlant(servos=tuple(SimpleServo(wall=wall) for _ in bus))
+            return plant, [f"{place}: open this terminal at {config.baud_rate} baud."], tuple(BusFault)
         case EmulateNetftConfig():
-            box, about = _emulated_box(config)
-            opened.callback(box.close)
-            faults = [repr(fault.value) for fault in NetFtFault]
-            return _Emulated(steady_plant(config.load), [box], [about], faults)
+            about = _open_box(config, servers)
+            return steady_plant(config.load), [about], [repr(fault.value) for fault in NetFtFault]
         case EmulateRobotConfig():
-            return _emulated_robot(config, opened)
+            return _open_robot(config, servers), [], ()
         case _:
             assert_never(config)
 
 
-def _emulated_servos(config: EmulateDynamixelConfig, opened: ExitStack) -> _Emulated:
-    if config.baud_rate not in BAUD_RATES:
-        rates = ", ".join(map(str, BAUD_RATES))
-        raise InvalidValueError(f"baud_rate = {config.baud_rate}: must be one of {rates}")
-    kind = next(kind for kind in KINDS.values() if kind.servo.name == config.model)
-    servos = [EmulatedServo(kind, i + 1, config.baud_rate) for i in range(config.servos)]
-    bus = DynamixelBus(servos, link=config.link, seed=config.seed)
-    opened.callback(bus.close)
-    wall = None if config.wall is None else ElasticWall(config.wall)
-    ids = "id 1" if config.servos == 1 else f"ids 1 to {config.servos}"
-    about = f"{config.model}, {ids}, at {bus.address}: open this terminal at {config.baud_rate} baud."
-    plant = SimplePlant(servos=tuple(SimpleServo(wall=wall) for _ in servos))
-    return _Emulated(plant, [bus], [about], tuple(BusFault))
-
-
-def _emulated_box(config: EmulateNetftConfig) -> tuple[NetFtServer, str]:
+def _open_box(config: EmulateNetftConfig, servers: list[Server]) -> str:
     try:
         if config.make == "onrobot":
-            hex_box = OnRobotServer(onrobot_box(config.address))
-            return hex_box, f"OnRobot HEX at {config.address}, UDP port {RDT_PORT}."
-        box = NetFtServer(BoxSettings(config.address, rate=config.rate))
+            servers.append(OnRobotServer(onrobot_box(config.address)))
+            return f"OnRobot HEX at {config.address}, UDP port {RDT_PORT}."
+        servers.append(NetFtServer(BoxSettings(config.address, rate=config.rate)))
     except OSError as error:
         raise InvalidValueError(
             f"address = {config.address!r}: cannot listen there ({error.strerror}); end what else listens, or "
             "take another address of 127.0.0.0/8"
         ) from None
     ports = f"UDP port {RDT_PORT}, calibration TCP port {CALIBRATION_PORT}"
-    return box, f"ATI Net F/T box at {config.address}, {ports}: {config.rate:g} records per second."
+    return f"ATI Net F/T box at {config.address}, {ports}: {config.rate:g} records per second."
 
 
-def _emulated_robot(config: EmulateRobotConfig, opened: ExitStack) -> _Emulated:
+def _open_robot(config: EmulateRobotConfig, servers: list[Server]) -> Plant:
     # only a robot file needs them: other devices listen sooner
     from palpate.robots.finger_load import noise_of_finger
     from palpate.robots.rig import RigEntry
@@ -194,23 +171,13 @@ def _emulated_robot(config: EmulateRobotConfig, opened: ExitStack) -> _Emulated:
             f"robot = {config.robot}: backend.kind = {name_of_kind(rig)} has no devices to emulate; give a robot "
             "file of kind rig"
         )
-    servers: list[Server] = []
-
-    def listens(server: Server) -> None:
-        opened.callback(server.close)
-        servers.append(server)
-
-    for kind in (rig.arm, rig.hand):
-        if kind is not None:
-            listens(kind.emulator())
+    servers.extend(kind.emulator() for kind in (rig.arm, rig.hand) if kind is not None)
     for i, finger in enumerate(fingers):
         if finger.sensor_device is not None and not finger.sensor_device.in_arm:
-            listens(finger.sensor_device.emulator(i))
+            servers.append(finger.sensor_device.emulator(i))
     tip = SimpleTip(Pose(_START_POSITION), ElasticPlane(_START_POSITION[2] - config.above, config.stiffness))
     servos = () if rig.hand is None else tuple(SimpleServo() for _ in range(rig.hand.fingers))
-    noise = [noise_of_finger(robot, i) for i in range(len(fingers))]
-    about = [f"{server.name} at {server.address}" for server in servers]
-    return _Emulated(SimplePlant(tip, servos, noise=noise), servers, about)
+    return SimplePlant(tip, servos, noise=[noise_of_finger(robot, i) for i in range(len(fingers))])
 
 
 def _chosen_token() -> str | None:

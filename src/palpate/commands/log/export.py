@@ -17,8 +17,8 @@ from palpate.commands.log.info import BAR_DELAY, resolved_log
 from palpate.commands.run import SWEEP_FILE
 from palpate.commands.sweep.store import FILE_BOUNDS, read_record
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.checks import make_folder
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, NAME_KEY, experiment_in, plain_values, read_config
-from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recording import notes_in
 from palpate.experiments.kit.registry import experiment_named
 from palpate.experiments.kit.run_report import command_line

@@ -19,8 +19,8 @@ from palpate.commands.replay.report import (
 )
 from palpate.commands.replay.run import ReplayedLog, load_controller_maker, replay_log, unchangeable
 from palpate.commands.typed_values import set_options
+from palpate.experiments.kit.checks import make_folder
 from palpate.experiments.kit.from_log import LoggedRun
-from palpate.experiments.kit.output_folder import make_folder
 from palpate.reporting.page import write_report
 from palpate.reporting.report import quantity_table
 from palpate.runtime import Command, Observation, Sample

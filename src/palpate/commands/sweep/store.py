@@ -23,8 +23,8 @@ from palpate.bounded_file import Bounds, read_bytes
 from palpate.commands.sweep.plan import RunCase, SweepPlan
 from palpate.commands.typed_values import plain, shown_value
 from palpate.errors import InvalidValueError, shown
+from palpate.experiments.kit.checks import make_folder
 from palpate.experiments.kit.metric import MetricValue
-from palpate.experiments.kit.output_folder import make_folder
 from palpate.plain_text import inert_cell
 
 

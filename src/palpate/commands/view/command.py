@@ -21,11 +21,11 @@ from palpate.commands.view.scene import (
     write_video,
 )
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.checks import make_folder
 from palpate.experiments.kit.config_file import load_overlay
 from palpate.experiments.kit.experiment import Experiment, Plan
 from palpate.experiments.kit.from_log import LoggedRun
 from palpate.experiments.kit.metric import metrics_of
-from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.recorded_run import RecordedRun
 from palpate.experiments.kit.recording import log_writer, robot_notes, written
 from palpate.experiments.kit.registry import experiment_named, experiment_names
@@ -95,9 +95,8 @@ def _watch(config: ViewConfig, tool: TopicViewer | None, console: Console) -> Co
     plan = plan_for(experiment, run_config)
     if plan.robot is not None:
         plan.robot.file.backend.check_drivers()
-    earlier_run(
-        run_config.out, experiment.name, ()
-    )  # a log among another command's files would be taken for theirs
+    # a log among another command's files would be taken for one of theirs
+    earlier_run(run_config.out, experiment.name, ())
     make_folder(run_config.out)
     if plan.preparation:
         with doing(console, plan.preparation):

@@ -191,7 +191,7 @@ METRICS = (
         "mm",
         note="object, or end of the tool, by elastic contacts and slip, seen from the fingers that hold it",
         needs_truth=True,
-        applies=lambda result: result.plan.holding,
+        applies=lambda result: len(result.plan.fingers) > 1,
     ),
     Metric("contacts", "contacts", "", lambda result: len(result.cloud)),
     Metric("marks", "marks", "", lambda result: len(result.marks), note=_marks),

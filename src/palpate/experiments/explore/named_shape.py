@@ -20,13 +20,13 @@ from palpate.mapping import (
 from palpate.mapping.primitives.choose import CLEAR, alternatives, unclear
 from palpate.mapping.primitives.shape import PrimitiveShape
 
-DEVIATIONS = 1.96
+_DEVIATIONS = 1.96
 """Standard deviations that hold 95 %."""
 
-SHORTEST = 1e-9
-"""[m] that a budget is taken for at least."""
+_MIN_BUDGET = 1e-9
+"""Smallest error budget [m]."""
 
-OF_RESIDUALS = frozenset(
+_OF_RESIDUALS = frozenset(
     {
         Assumption.WHITE_IN_TIME,
         Assumption.WHITE_IN_PLACE,
@@ -35,29 +35,29 @@ OF_RESIDUALS = frozenset(
         Assumption.NO_OUTLIERS,
     }
 )
-"""Of no concern where residuals are within the budget: it is in every band already."""
+"""Assumptions that may break where residuals are within the budget, which every band includes."""
 
-NOISY = 2.0
-"""A shape may miss the contacts by so many standard deviations of their noise, root mean square: it is known to no
-better than a factor of two (see `palpate.mapping.surface_map.learn`)."""
+_MAX_NOISE_RATIO = 2.0
+"""Largest RMS distance of a shape from the contacts in standard deviations of their noise. The noise is known to a
+factor of two (see `palpate.mapping.surface_map.learn`)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NamedShape:
-    """Which shape the contacts have.
+    """Shape of the contacts.
 
-    Statistics alone (`choice`) take every error that neighbours share for a shape that was missed, also if
-    the sensor's calibration explains it, and an artefact of a tenth of a micrometre for an ellipsoid's third axis.
-    So a finger's budget decides: shapes within it cannot be distinguished, and the simplest of them is chosen if
-    it is a special case of the others; else it is unclear which it is.
+    Statistics alone (`choice`) take every error that neighbours share for another shape, even an error of the
+    sensor's calibration. An artefact of a tenth of a micrometre would become an ellipsoid's third axis.
+    So the finger's error budget decides: shapes within it cannot be distinguished. The simplest of them is chosen
+    if it is a special case of the others; else the shape is unclear.
 
     Attributes:
-        kind: Which it is; None: none of these, or unclear which.
-        possible: The shapes that it may be, the simplest first.
+        kind: Kind of the shape; None if no kind fits, or if it is unclear.
+        possible: Possible kinds, the simplest first.
         choice: Every fit, and the choice by statistics alone.
         limit: Largest root mean square distance of the contacts [m].
-        limit_tilt: Likewise of their normals [rad].
-        budget: What may be off besides.
+        limit_tilt: Largest root mean square tilt of their normals [rad].
+        budget: Systematic errors of the map.
         verdict: Whether shape and sizes can be used.
     """
 
@@ -81,14 +81,14 @@ class NamedShape:
 
     @property
     def center_band(self) -> FloatArray:
-        """Likewise of the center along each axis of the base frame, shape (3,) [m]; NaN without a shape."""
+        """Half-widths that hold the center with 95 % along each base axis, shape (3,) [m]; NaN without a shape."""
         return np.full(3, np.nan) if self.fit is None else self._band(self.fit.center_sd)
 
     def _band(self, sd: FloatArray) -> FloatArray:
         """Infinite where the fit has not converged: its deviations are those of some place in a valley."""
         if self.fit is not None and self.fit.verdict.breaks(Assumption.CONVERGED):
             return np.full(len(sd), np.inf)
-        return DEVIATIONS * sd + self.budget.felt
+        return _DEVIATIONS * sd + self.budget.felt
 
 
 def named_shape(
@@ -100,15 +100,15 @@ def named_shape(
     *,
     offset_sd: float = 0.0,
 ) -> NamedShape | None:
-    """Return which shape contacts have, or None where they are too few, or all in one place.
+    """Return the shape of contacts; None if they are too few, or all in one place.
 
     Args:
-        cloud: What was felt, in the order it was felt.
-        apart: Of a few hundred contacts that stand for all [m].
-        contacts_per_row: They share one error: each row counts as one observation.
-        budget: What all may be off.
+        cloud: Contacts, in the order of the scan.
+        apart: Distance between the few hundred contacts that are fitted [m].
+        contacts_per_row: Number of contacts that share one error: each row counts as one observation.
+        budget: Systematic errors of the map.
         model: Noise of contacts, as learned by a map.
-        offset_sd: By how much all contacts may be off along their normals [m], as the tip has another size.
+        offset_sd: Standard deviation of a common offset along the normals [m], as by the size of the tip.
     """
     try:
         choice = choose_primitive(
@@ -116,9 +116,9 @@ def named_shape(
         )
     except InvalidValueError:
         return None
-    limit = math.hypot(budget.felt, NOISY * model.noise)
+    limit = math.hypot(budget.felt, _MAX_NOISE_RATIO * model.noise)
     # the map's is of means over stretches; here each contact counts by itself
-    limit_tilt = math.hypot(budget.tilt, NOISY * max(model.tilt, white_tilt(cloud)))
+    limit_tilt = math.hypot(budget.tilt, _MAX_NOISE_RATIO * max(model.tilt, white_tilt(cloud)))
     simplest = sorted(choice.fits, key=lambda kind: choice.fits[kind].unknowns)
     # a fit that has not converged counts: along a valley that is flat within a micrometre nothing converges
     near = tuple(kind for kind in simplest if choice.fits[kind].exists and choice.fits[kind].position_sd <= limit)
@@ -134,15 +134,15 @@ def named_shape(
         return NamedShape(None, possible, choice, limit, limit_tilt, budget, Verdict(tuple(unclear(possible))))
     fit = choice.fits[first]
     covered = fit.position_sd <= budget.felt and fit.normal_sd <= budget.tilt
-    broken = (each for each in fit.verdict.broken if not (covered and each.assumption in OF_RESIDUALS))
+    broken = (each for each in fit.verdict.broken if not (covered and each.assumption in _OF_RESIDUALS))
     return NamedShape(first, possible, choice, limit, limit_tilt, budget, Verdict(tuple(broken)))
 
 
 def _excess(fit: PrimitiveFit[PrimitiveShape], over: PrimitiveFit[PrimitiveShape], budget: MapBudget) -> float:
-    """By how much a fit misses more than another, over what the budget explains."""
+    """Return the misfit of a fit beyond that of another, over the budget."""
     off = math.sqrt(max(fit.position_sd**2 - over.position_sd**2, 0.0))
     turned = math.sqrt(max(fit.normal_sd**2 - over.normal_sd**2, 0.0))
-    return max(off / max(budget.felt, SHORTEST), turned / budget.tilt)
+    return max(off / max(budget.felt, _MIN_BUDGET), turned / budget.tilt)
 
 
 def _leaning(near: tuple[PrimitiveKind, ...]) -> Iterator[BrokenAssumption]:

@@ -65,26 +65,26 @@ from palpate.sim.presets import EXPLORE
 from palpate.spatial import Vector
 from palpate.viewing import SurfaceView, ViewScene
 
-GRID = 2e-3
+_MIN_GRID = 2e-3
 """Smallest distance between places whose height is looked up [m]."""
 
-MAX_PLACES = 5000
+_MAX_PLACES = 5000
 """Largest number of places whose height is looked up; a height field takes some microseconds for each."""
 
-ROOM = 0.02
-"""Distance beyond the path that the supervisor allows [m]. The controller takes half of it, and marks what is
+_ROOM = 0.02
+"""Distance beyond the path that the supervisor allows [m]. The controller takes half of it, and marks places
 beyond instead of being stopped."""
 
-CONTOUR_BEND = 2.0
+_CONTOUR_BEND = 2.0
 """Largest curvature of a contour times the tip's radius: the tip's centre goes round a corner at a radius."""
 
-SPARE_TIME = 10.0
+_SPARE_TIME = 10.0
 """Time that a run may take beyond the longest duration of its scan [s]."""
 
-MILLI = 1e3
+_MILLI = 1e3
 """mm per m."""
 
-LOOK_EVERY = 10
+_LOOK_EVERY = 10
 """Periods between two looks at the marks: ten milliseconds, three times as often as figures are drawn."""
 
 
@@ -136,7 +136,7 @@ class PlanWatch:
         self._periods -= 1
         if leg is self._leg and self._periods > 0:
             return None
-        self._periods = LOOK_EVERY
+        self._periods = _LOOK_EVERY
         marks = controller.strategy.marks
         if leg is self._leg and len(marks) == self._marks:
             return None
@@ -282,7 +282,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
     """
     target = as_target(touched).shape
     scan = scan_on(target, config)
-    # a scan is of the centre of the tip; what is moved is the tip frame, which never turns
+    # a scan is of the centre of the tip; the robot moves the tip frame, which never turns
     x, y, z = only_finger(robot).surface.center
     plane = PathPlane((-x, -y, -z))
     top, descent = (
@@ -337,7 +337,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
         title=f"Exploration of {config.thing} by touch",
         quantities=_quantities(config, scan, timing),
         expected_duration=scan.duration(timing),
-        longest_duration=scan.longest(timing) + SPARE_TIME,
+        longest_duration=scan.longest(timing) + _SPARE_TIME,
         files=FILE_NAMES,
         # the object may not be as described
         notes=(f"A wall or step in the path would be {wall}.",) if unsafe else (),
@@ -381,7 +381,7 @@ def _acceleration(config: ExploreConfig, scan: Scan) -> float:
     """Return the bound on tangential acceleration [m/s^2]: a contour may bend round the fingertip."""
     if scan.kind != "contour":
         return ACCELERATION
-    return max(ACCELERATION, CONTOUR_BEND * config.speed**2 / min(config.tip))
+    return max(ACCELERATION, _CONTOUR_BEND * config.speed**2 / min(config.tip))
 
 
 def _limits(
@@ -421,9 +421,9 @@ def _limits(
         high = (min(a + room, most - inset) for a, most in zip(upper, robot.workspace_upper, strict=True))
         return (next(low), next(low), next(low)), (next(high), next(high), next(high))
 
-    workspace_lower, workspace_upper = around(ROOM + stopping)
+    workspace_lower, workspace_upper = around(_ROOM + stopping)
     limits = msgspec.structs.replace(robot, workspace_lower=workspace_lower, workspace_upper=workspace_upper)
-    return limits, Room(*around(0.5 * ROOM + stopping, braking))
+    return limits, Room(*around(0.5 * _ROOM + stopping, braking))
 
 
 def _check_push(config: ExploreConfig, ready: RobotInScene) -> None:
@@ -457,7 +457,7 @@ def _tip_path(scan: Scan, target: SceneObject, plane: PathPlane, tip_height: flo
         tip_height: Distance from the tip's centre to its lowest point [m].
     """
     corners = scan.corners
-    grid = max(GRID, sum(math.dist(*ends) for ends in pairwise(corners)) / MAX_PLACES)
+    grid = max(_MIN_GRID, sum(math.dist(*ends) for ends in pairwise(corners)) / _MAX_PLACES)
     places = np.array(corners[:1])
     for a, b in pairwise(corners):
         count = max(1, math.ceil(math.dist(a, b) / grid))
@@ -469,17 +469,17 @@ def _tip_path(scan: Scan, target: SceneObject, plane: PathPlane, tip_height: flo
 
 def _quantities(config: ExploreConfig, scan: Scan, timing: PathTiming) -> tuple[Quantity, ...]:
     """Return the quantities of a dry run."""
-    (x0, y0), (x1, y1) = ((MILLI * x, MILLI * y) for x, y in scan.box)
+    (x0, y0), (x1, y1) = ((_MILLI * x, _MILLI * y) for x, y in scan.box)
     length_note = "what is felt decides" if math.isnan(scan.length) else "seen from above"
     return (
         Quantity("path", scan.line),
         Quantity("expected duration", scan.duration(timing), "s", "without pressing first"),
-        Quantity("longest duration", scan.longest(timing) + SPARE_TIME, "s", "then it is stopped"),
-        Quantity("path length", MILLI * scan.length, "mm", length_note),
+        Quantity("longest duration", scan.longest(timing) + _SPARE_TIME, "s", "then it is stopped"),
+        Quantity("path length", _MILLI * scan.length, "mm", length_note),
         Quantity("path along x", x1 - x0, "mm", f"from {x0:.4g} to {x1:.4g} mm"),
         Quantity("path along y", y1 - y0, "mm", f"from {y0:.4g} to {y1:.4g} mm"),
         Quantity("force", config.force, "N", "to hold"),
         Quantity("greatest force asked for", config.greatest_force, "N"),
-        Quantity("speed", MILLI * config.speed, "mm/s", "along the surface"),
-        Quantity("landing speed", MILLI * timing.parameters.landing_speed, "mm/s"),
+        Quantity("speed", _MILLI * config.speed, "mm/s", "along the surface"),
+        Quantity("landing speed", _MILLI * timing.parameters.landing_speed, "mm/s"),
     )

@@ -1,4 +1,4 @@
-"""Worlds for learning, described as explorations are: objects, robots and robot files by name."""
+"""Worlds for learning from the configuration of an exploration."""
 
 from dataclasses import dataclass, field, replace
 
@@ -11,31 +11,31 @@ from palpate.experiments.kit.world import World
 from palpate.robots.values import load_named_robot
 from palpate.spatial import scale
 
-DISC = 0.02
-"""[m] Within which the tip may go by default; the supervisor's workspace ends 20 mm beyond."""
+_DEFAULT_RADIUS = 0.02
+"""Radius of the tip's area by default [m]; the supervisor's workspace ends 20 mm beyond."""
 
-SEEDS = 2**31
-"""From which the sensor's are drawn."""
+_MAX_DRAWN_SEED = 2**31
+"""Bound on the drawn seeds of the sensor."""
 
 
-def sphere_under_nano17() -> ExploreConfig:
-    """Return what is explored by default: a sphere of 40 mm radius, by a stage with a fingertip on a Nano17."""
-    return ExploreConfig(robot="stage-nano17", object="sphere", strategy="spiral", radius=DISC)
+def _sphere_under_nano17() -> ExploreConfig:
+    """Return the default exploration: a sphere of 40 mm radius, a stage, and a fingertip on a Nano17."""
+    return ExploreConfig(robot="stage-nano17", object="sphere", strategy="spiral", radius=_DEFAULT_RADIUS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExploredWorlds:
-    """A `WorldMaker`: what an exploration would be planned with, begun each time elsewhere and with other noise.
+    """Worlds of planned explorations that begin at drawn places with drawn noise. A `WorldMaker`.
 
     Robot, object, fingertip, friction, stiffness and noise are those of the configuration; so is the workspace,
     as far as the path would go and a bit beyond. Where it goes, how fast and with which force is the agent's.
 
     Attributes:
-        config: Of any robot; a spiral begins in the middle.
-        spread: How far from its middle an episode begins, at most, along x and y [m].
+        config: Configuration of an exploration; a spiral begins in the middle.
+        spread: Largest distance of the begin of an episode from the middle, along x and y [m].
     """
 
-    config: ExploreConfig = field(default_factory=sphere_under_nano17)
+    config: ExploreConfig = field(default_factory=_sphere_under_nano17)
     spread: float = 0.005
 
     def __post_init__(self) -> None:
@@ -49,7 +49,7 @@ class ExploredWorlds:
         """
         config, (x, y) = self.config, self.config.middle
         dx, dy = rng.uniform(-self.spread, self.spread, 2).tolist()
-        begun = replace(config, seed=int(rng.integers(SEEDS)), center=(x + dx, y + dy))
+        begun = replace(config, seed=int(rng.integers(_MAX_DRAWN_SEED)), center=(x + dx, y + dy))
         planned = plan(begun, load_named_robot(config.robot), {})
         parameters = planned.parameters
         return World(

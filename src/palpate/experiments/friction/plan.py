@@ -41,47 +41,47 @@ from palpate.sim.sensor.presets import NANO17_RATED
 FILE_NAME = "friction.yaml"
 """Name of the file with the result."""
 
-MILLI = 1e3
+_MILLI = 1e3
 """mm per m."""
 
-SIMULATED_RATIO_SD, DELIVERED_RATIO_SD = 0.001, 0.01
+_SIMULATED_RATIO_SD, _DELIVERED_RATIO_SD = 0.001, 0.01
 """Standard deviations of ratios of loads: that of the finger's own motion with an exact sensor, and that of the
 cross-talk that data sheets allow."""
 
-SEARCH_DEPTH = 0.005
+_SEARCH_DEPTH = 0.005
 """Depth of the search below the expected surface [m]."""
 
-MAX_TRAVEL = 0.025
+_MAX_TRAVEL = 0.025
 """Largest length of strokes on a large flat object [m]."""
 
-EDGE_DISTANCE = 0.005
+_EDGE_DISTANCE = 0.005
 """Smallest distance of strokes from an edge [m]."""
 
-MAX_TRAVEL_SHARE = 0.15
+_MAX_TRAVEL_SHARE = 0.15
 """Longest stroke on a sphere over its radius: 0.3 mu for a mu of 0.5; beyond it the turning normal looks like
 elastic deflection."""
 
-SPIN_SHARE = 0.8
+_SPIN_SHARE = 0.8
 """Largest angular speed of twists over the supervisor's limit."""
 
-TURNING_SHARE = 0.8
+_TURNING_SHARE = 0.8
 """Angular acceleration of twists over that of the robot, which catches up where a period was late."""
 
-MAX_ANGLE = 1.5
+_MAX_ANGLE = 1.5
 """Largest turn of the tip in one direction [rad]."""
 
-IMPEDANCE = 0.05
-"""Impedance of MuJoCo's contact: the larger, the more mass rubs along (see `FRICTION_DAMPING`)."""
+_IMPEDANCE = 0.05
+"""Impedance of MuJoCo's contact: the larger, the more mass rubs along (see `_FRICTION_DAMPING`)."""
 
-FRICTION_DAMPING = 300.0
+_FRICTION_DAMPING = 300.0
 """Largest damping b_f of MuJoCo's friction [1/s]. Friction is along b_f v + a, v the slip and a its acceleration:
 with a b_f of 2/s, as a lift-off speed of 1 m/s gives, the tangential force of a twist is arbitrary. 300/s is 0.15
 of a step of 0.5 ms."""
 
-LIFT_SPEEDS = 3.0
+_LIFT_SPEEDS = 3.0
 """Lift-off speed of MuJoCo's contact over the speed of the fastest stroke."""
 
-DRIFT_LEVER = 0.01
+_DRIFT_LEVER = 0.01
 """Drift of a moment over that of a force [m], as the ranges of sensors of this size, 0.12 N m and 12 N."""
 
 
@@ -153,7 +153,7 @@ class FrictionPlan(OneFingerPlan):
         if self.config.calibration is not None or not self.truth_known:
             return self.config.usual_calibration
         exact = self.setup.task.sensor.model.cross_talk is None
-        return SIMULATED_RATIO_SD if exact else DELIVERED_RATIO_SD
+        return _SIMULATED_RATIO_SD if exact else _DELIVERED_RATIO_SD
 
 
 def plan(config: FrictionConfig, robot: Robot, attachments: Mapping[str, str]) -> FrictionPlan:
@@ -178,8 +178,8 @@ def plan(config: FrictionConfig, robot: Robot, attachments: Mapping[str, str]) -
         raise InvalidValueError(
             f"robot = {config.robot}: it cannot turn its tip, which --fit-exponents asks for; take turning-stage"
         )
-    max_spin = SPIN_SHARE * limits.angular_speed if turns else 0.0
-    wanted, left_out = _survey(config, max_spin, TURNING_SHARE * ready.angular_acceleration)
+    max_spin = _SPIN_SHARE * limits.angular_speed if turns else 0.0
+    wanted, left_out = _survey(config, max_spin, _TURNING_SHARE * ready.angular_acceleration)
     option = f"loads: the least is {loads[0]:g} N and"
     check_least_force(option, loads[0], ready.touch_force, "press more")
     setup = setup.allowing(f"speed = {fastest:g} m/s", fastest + MAX_LANDING_SPEED)
@@ -187,7 +187,7 @@ def plan(config: FrictionConfig, robot: Robot, attachments: Mapping[str, str]) -
         setup.gain,
         setup.lead,
         landing_speed=min(MAX_LANDING_SPEED, landing.speed(loads[0], min(ready.touch_force, 0.5 * loads[0]))),
-        approach_distance=CLEARANCE + SEARCH_DEPTH,
+        approach_distance=CLEARANCE + _SEARCH_DEPTH,
         lift_speed=min(MAX_LIFT_SPEED, setup.limits.commanded_speed),
     )
     around = 2.0 * parameters.tare_time + CLEARANCE / parameters.landing_speed + parameters.settle_time + 0.5
@@ -198,7 +198,7 @@ def plan(config: FrictionConfig, robot: Robot, attachments: Mapping[str, str]) -
         title=f"Friction of a {config.object} by touch",
         quantities=_quantities(wanted, expected),
         expected_duration=expected,
-        longest_duration=8.0 * expected + 20.0,  # what does not slip is rubbed again, up to eight times as far
+        longest_duration=8.0 * expected + 20.0,  # strokes without slip are repeated, up to eight times as far
         files=(FILE_NAME,),
         notes=_notes(config, wanted, left_out),
         wanted=wanted,
@@ -216,9 +216,9 @@ def _quantities(wanted: SurveyWanted, expected: float) -> tuple[Quantity, ...]:
         Quantity("expected duration", expected, "s"),
         Quantity("loads", len(wanted.loads), "", ", ".join(f"{load:g} N" for load in wanted.loads)),
         Quantity("greatest force asked for", max(wanted.loads), "N"),
-        Quantity("speed", MILLI * wanted.speed, "mm/s", "of strokes at every load"),
-        Quantity("fastest stroke", MILLI * max((wanted.speed, *wanted.speeds)), "mm/s"),
-        Quantity("longest stroke", MILLI * wanted.most_travel, "mm"),
+        Quantity("speed", _MILLI * wanted.speed, "mm/s", "of strokes at every load"),
+        Quantity("fastest stroke", _MILLI * max((wanted.speed, *wanted.speeds)), "mm/s"),
+        Quantity("longest stroke", _MILLI * wanted.most_travel, "mm"),
         Quantity("twist, largest", twist, "rad", "in one direction"),
     )
 
@@ -228,7 +228,7 @@ def _notes(config: FrictionConfig, wanted: SurveyWanted, left_out: tuple[float, 
     notes = () if wanted.most_spin else ("This robot does not turn its tip: it finds mu, but not e.",)
     if not left_out:
         return notes
-    speeds = ", ".join(f"{MILLI * speed:g}" for speed in left_out)
+    speeds = ", ".join(f"{_MILLI * speed:g}" for speed in left_out)
     return (*notes, f"Strokes at {speeds} mm/s are left out: they would go too far on this {config.object}.")
 
 
@@ -237,7 +237,7 @@ def _survey(
 ) -> tuple[SurveyWanted, tuple[float, ...]]:
     """Return strokes and twists, and the speeds that are left out."""
     room = _room(config)
-    most = min(MAX_TRAVEL, room) if config.most_travel is None else config.most_travel
+    most = min(_MAX_TRAVEL, room) if config.most_travel is None else config.most_travel
     if most > room * (1.0 + 1e-9):
         raise InvalidValueError(
             f"most_travel = {most:g} m: must be at most {room:.3g} m on this {config.object}: farther, its edge "
@@ -254,7 +254,7 @@ def _survey(
         travel=config.travel,
         most_travel=most,
         most_spin=max_spin,
-        most_angle=MAX_ANGLE,
+        most_angle=_MAX_ANGLE,
         repeats=config.repeats,
         exponent_slips=EXPONENT_SLIPS if config.fit_exponents else 0,
         angular_acceleration=angular_acceleration,
@@ -267,10 +267,10 @@ def _survey(
 def _room(config: FrictionConfig) -> float:
     """Return the largest length of a stroke from the middle of the object [m]."""
     if config.object == "sphere":
-        return MAX_TRAVEL_SHARE * config.sizes[0]
-    room = 0.5 * min(config.sizes[:2]) - EDGE_DISTANCE
+        return _MAX_TRAVEL_SHARE * config.sizes[0]
+    room = 0.5 * min(config.sizes[:2]) - _EDGE_DISTANCE
     if room <= 0.0:
-        raise InvalidValueError(f"size = {config.sizes[0]:g} m: must be more than {2.0 * EDGE_DISTANCE:g} m long")
+        raise InvalidValueError(f"size = {config.sizes[0]:g} m: must be more than {2.0 * _EDGE_DISTANCE:g} m long")
     return room
 
 
@@ -299,7 +299,7 @@ def _setup(config: FrictionConfig, robot: Robot) -> tuple[Setup, FrictionLaw | N
             config.stiffness,
             config.friction,
             config.spin_length,
-            impedance=IMPEDANCE,
+            impedance=_IMPEDANCE,
             smallest_force=loads[0],
         ),
         start=start_above(tip, shape.top, CLEARANCE),
@@ -313,9 +313,9 @@ def _setup(config: FrictionConfig, robot: Robot) -> tuple[Setup, FrictionLaw | N
     if scene is None:
         return setup, plant
     if plant is None:
-        # what moves with the contact, D_n, the first scene tells by its friction's damping
+        # the first scene's friction damping gives the mass that moves with the contact
         fastest = max((config.speed, *config.speeds))
-        lift = max(LIFT_SPEEDS * fastest, task.law.lift_speed * scene.pair.friction_damping / FRICTION_DAMPING)
+        lift = max(_LIFT_SPEEDS * fastest, task.law.lift_speed * scene.pair.friction_damping / _FRICTION_DAMPING)
         task = replace(task, law=replace(task.law, lift_speed=lift))
     else:
         task = replace(task, rubbing=plant)
@@ -346,7 +346,7 @@ def _sensor_model(robot: Robot, config: FrictionConfig) -> SensorModel:
     Raises:
         InvalidValueError: If a sensor that drifts has no noise.
     """
-    model = sensor_model(robot, config.force_noise, config.moment_noise, config.drift, DRIFT_LEVER)
+    model = sensor_model(robot, config.force_noise, config.moment_noise, config.drift, _DRIFT_LEVER)
     if not config.drift:
         return model
     if model.rated is None:

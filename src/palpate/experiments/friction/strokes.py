@@ -54,8 +54,8 @@ class RubbedPair:
     """A rub that was done there and back.
 
     Attributes:
-        rub: What was asked for.
-        pair: What was felt.
+        rub: Requested rub.
+        pair: Recorded strokes there and back.
     """
 
     rub: Rub
@@ -64,7 +64,7 @@ class RubbedPair:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeAir:
-    """What the sensor showed without load.
+    """Readings of the sensor without load.
 
     Attributes:
         time: Middle of each stretch, shape (k,) [s].
@@ -87,10 +87,10 @@ class FreeAir:
 
 
 def free_air(rows: FloatArray, spans: Sequence[AirSpan]) -> FreeAir | None:
-    """Return what the sensor showed in free air; None if it never was there long enough.
+    """Return the readings in free air; None if no stretch was long enough.
 
     Args:
-        rows: As `RubRecorder.rows` returns them.
+        rows: Rows of `RubRecorder.rows`.
         spans: When it was.
     """
     parts = [_within(rows, span.begin, span.end) for span in spans]
@@ -108,7 +108,7 @@ def rubbed_pairs(rows: FloatArray, spans: Sequence[RubSpan], air: FreeAir | None
     """Return the rubs that were done there and back, their wrenches less the sensor's zero.
 
     Args:
-        rows: As `RubRecorder.rows` returns them.
+        rows: Rows of `RubRecorder.rows`.
         spans: When each direction was done.
         air: The sensor's zero; not taken off if None.
     """

@@ -20,17 +20,17 @@ def grasp_object(
     *,
     progress: bool = False,
 ) -> "GraspResult":
-    """Hold an object, lift it, and set it down; return how it was held.
+    """Hold an object, lift it, set it down, and return the result.
 
     Args:
-        config: How.
+        config: Options of the grasp.
         out: Folder for log, report and files; nothing is written if not given.
-        observers: Called every period with sample, observation and command.
-        progress: Whether a bar shows how far it has got, on a terminal or in a notebook.
+        observers: Functions of sample, observation and command, called every period.
+        progress: Whether a bar shows the progress, on a terminal or in a notebook.
 
     Raises:
-        InvalidValueError: It cannot be carried out.
-        OSError: A file cannot be written.
+        InvalidValueError: If the grasp cannot be carried out.
+        OSError: If a file cannot be written.
     """
     from palpate.experiments.grasp.experiment import GraspObject  # what runs and draws is imported only now
     from palpate.experiments.kit.script import perform

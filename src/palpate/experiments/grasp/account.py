@@ -23,23 +23,23 @@ if TYPE_CHECKING:  # plans take their notes from here
     from palpate.experiments.grasp.plan import GraspPlan
     from palpate.experiments.grasp.result import GraspResult
 
-ROUNDING = 1e-9
+_MAX_RELATIVE_ROUNDING = 1e-9
 """Relative difference of two equal numbers of a surface."""
 
-MIN_LOAD_EXPONENT = 1e-3
+_MIN_LOAD_EXPONENT = 1e-3
 """Least gamma that is shown: below, e differs by less than half a per cent from 0.01 N to 100 N."""
 
-GROWTH_NOTE_FACTOR = 1.1
+_GROWTH_NOTE_FACTOR = 1.1
 """Growth factor of the grip above which a note is shown."""
 
-MAX_LISTED_ALARMS = 4
+_MAX_LISTED_ALARMS = 4
 """Number of alarms that are listed one by one."""
 
 
-def surface_text(surface: LimitSurface) -> str:
+def _surface_text(surface: LimitSurface) -> str:
     """Return a limit surface in words; exponents only where they differ from an ellipse of constant size."""
     text = f"mu = {surface.friction:.3g}, e = {1e3 * surface.spin_length:.3g} mm"
-    if surface.load_exponent > MIN_LOAD_EXPONENT:
+    if surface.load_exponent > _MIN_LOAD_EXPONENT:
         text += f" at 1 N, gamma = {surface.load_exponent:.3g}"
     return text if surface.norm_exponent == 2.0 else f"{text}, p = {surface.norm_exponent:.3g}"
 
@@ -74,7 +74,9 @@ def _other_options(planned: "GraspPlan") -> str:
         option
         for option, value, finding in given
         if finding is not None
-        and not finding.lower - ROUNDING * value <= value <= finding.upper + ROUNDING * value
+        and not finding.lower - _MAX_RELATIVE_ROUNDING * value
+        <= value
+        <= finding.upper + _MAX_RELATIVE_ROUNDING * value
     )
 
 
@@ -82,12 +84,12 @@ def _simulated_surface(planned: "GraspPlan") -> str:
     file, others = planned.config.friction_file, _other_options(planned)
     by = "the friction plant" if rubbed_by_plant(planned.config) else "MuJoCo"
     if not others:
-        return f"The simulated object has the friction of {file}: {surface_text(planned.true)}, by {by}."
+        return f"The simulated object has the friction of {file}: {_surface_text(planned.true)}, by {by}."
     assert planned.found is not None
     return (
-        f"The simulated object does not have the friction of {file}: by {by}, {surface_text(planned.true)}, where "
-        f"{surface_text(likely_surface(planned.found))} was found. Leave out {others}, and it has the measured "
-        "friction."
+        f"The simulated object does not have the friction of {file}: by {by}, {_surface_text(planned.true)}, "
+        f"where {_surface_text(likely_surface(planned.found))} was found. Leave out {others}, and it has the "
+        "measured friction."
     )
 
 
@@ -95,7 +97,7 @@ def _planned_surface(planned: "GraspPlan") -> str:
     assert planned.found is not None
     p = planned.found.norm_exponent
     text = (
-        f"The grip is planned with {surface_text(planned.believed)}: the measured friction, lowered where its "
+        f"The grip is planned with {_surface_text(planned.believed)}: the measured friction, lowered where its "
         "interval exceeds the margin."
     )
     if p.how is not How.ASSUMED:
@@ -116,7 +118,7 @@ def _preload_cost(planned: "GraspPlan") -> str:
     )
 
 
-PLAN_FINDINGS = (
+_PLAN_FINDINGS = (
     Finding(lambda planned: planned.found is not None and not planned.hand.real, _simulated_surface),
     Finding(lambda planned: planned.found is not None, _planned_surface),
     Finding(
@@ -124,13 +126,13 @@ PLAN_FINDINGS = (
         lambda planned: (
             f"The grip will rise to about {planned.planned_grip:.2g} N, but the surface was rubbed with "
             f"{planned.most_rubbed:.2g} N at most: its friction beyond is a guess"
-            + (", planned as if e grew no more" if planned.believed.load_exponent > MIN_LOAD_EXPONENT else "")
+            + (", planned as if e grew no more" if planned.believed.load_exponent > _MIN_LOAD_EXPONENT else "")
             + ". Rub with such loads, too: palpate friction --loads."
         ),
     ),
     Finding(lambda planned: planned.config.preload > 0.0, _preload_cost),
     Finding(
-        lambda planned: planned.hold_growth > GROWTH_NOTE_FACTOR,
+        lambda planned: planned.hold_growth > _GROWTH_NOTE_FACTOR,
         lambda planned: (
             f"In a hold at rest the grip may grow, up to x {planned.hold_growth:.2g}: zeros wander by up to "
             f"{1e3 * wander_of(planned.config, planned.hand).force:g} mN/s. The control follows them. A wander "
@@ -151,7 +153,7 @@ PLAN_FINDINGS = (
 def plan_notes(planned: "GraspPlan") -> tuple[str, ...]:
     """Return the notes on a plan, a sentence or two each."""
     subject: Any = planned
-    return sentences(PLAN_FINDINGS, subject)
+    return sentences(_PLAN_FINDINGS, subject)
 
 
 # --- how it ended
@@ -186,7 +188,7 @@ def _after(grasp: "GraspResult") -> str:
     return f"after {grasp.run.duration:.1f} s"
 
 
-ENDINGS = (
+_ENDINGS = (
     Finding(
         lambda grasp: grasp.run.ending is Ending.DONE and grasp.dropped,
         lambda grasp: f"The hand went on to the end, and opened {_after(grasp)}; {grasp.run.rest}.",
@@ -242,7 +244,7 @@ def _motion(grasp: "GraspResult") -> str:
     )
 
 
-VERDICTS = (
+_VERDICTS = (
     Finding(
         lambda grasp: not grasp.truth_known,
         lambda grasp: f"The object was {'lost' if grasp.dropped else 'held'}, as the fingers feel it.",
@@ -265,8 +267,8 @@ VERDICTS = (
 
 def outcome(grasp: "GraspResult") -> str:
     """Return whether the object was held, and how the run ended."""
-    ended = _first(ENDINGS, grasp)
-    return f"{_first(VERDICTS, grasp)} {ended}" if grasp.aloft.any() else ended
+    ended = _first(_ENDINGS, grasp)
+    return f"{_first(_VERDICTS, grasp)} {ended}" if grasp.aloft.any() else ended
 
 
 # --- what happened
@@ -294,7 +296,7 @@ def _source(planned: "GraspPlan") -> str:
 def _alarms(grasp: "GraspResult") -> str:
     listed = [
         f"at {alarm.time:.3f} s at finger {alarm.finger + 1} ({alarm.signal.value})"
-        for alarm in grasp.alarms_aloft[:MAX_LISTED_ALARMS]
+        for alarm in grasp.alarms_aloft[:_MAX_LISTED_ALARMS]
     ]
     more = len(grasp.alarms_aloft) - len(listed)
     beyond = f", and {more} times more" if more else ""
@@ -331,25 +333,25 @@ def _comparison(grasp: "GraspResult") -> str:
     )
 
 
-FRICTION_FINDINGS = (
+_FRICTION_FINDINGS = (
     Finding(
         lambda grasp: grasp.truth_known,
         lambda grasp: (
-            f"The true contacts had {surface_text(grasp.planned.true)}; the first estimate was "
-            f"{surface_text(grasp.planned.believed)}. {_source(grasp.planned)}"
+            f"The true contacts had {_surface_text(grasp.planned.true)}; the first estimate was "
+            f"{_surface_text(grasp.planned.believed)}. {_source(grasp.planned)}"
         ),
     ),
     Finding(
         lambda grasp: not grasp.truth_known,
         lambda grasp: (
-            f"The first estimate of the contacts was {surface_text(grasp.planned.believed)}. "
+            f"The first estimate of the contacts was {_surface_text(grasp.planned.believed)}. "
             f"{_source(grasp.planned)}"
         ),
     ),
 )
 """Friction of the contacts, and its estimate."""
 
-EVENT_FINDINGS = (
+_EVENT_FINDINGS = (
     Finding(
         lambda grasp: not grasp.truth_known,
         "True friction, pull and creep of the object are not known on a robot.",
@@ -376,5 +378,5 @@ EVENT_FINDINGS = (
 
 def account(grasp: "GraspResult") -> tuple[str, ...]:
     """Return the friction, the notes before the run, and the events of the run."""
-    friction = sentences(FRICTION_FINDINGS, grasp)
-    return (*friction, *plan_notes(grasp.planned), *sentences(EVENT_FINDINGS, grasp))
+    friction = sentences(_FRICTION_FINDINGS, grasp)
+    return (*friction, *plan_notes(grasp.planned), *sentences(_EVENT_FINDINGS, grasp))

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.grasp.grip_laws import COULOMB, LIMIT_SURFACE, check_grip_law
 from palpate.experiments.kit.checks import check_friction, check_seed, check_size, check_spin_length
 from palpate.experiments.kit.options import NOISY, TOUCHED, check_options, option, own_first, with_default
 from palpate.experiments.kit.scene_options import DriftOptions, LimitSurfaceOptions, ObjectOptions, SceneOptions
@@ -179,7 +178,7 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     announced: float | None = option(None, "s", bound="positive")
     """How long before it grows the pull is announced to the grip [s], as a script does that knows what it will do.
     Left out: nobody announces it."""
-    controller: str = option(LIMIT_SURFACE, check=check_grip_law)
+    controller: Literal["limit-surface", "coulomb"] = "limit-surface"
     """Grip law: limit-surface bears force and torque; coulomb plans by Coulomb's law alone, as if there were no
     torque, for comparison only."""
     against_ignoring_spin: bool = option(
@@ -263,7 +262,7 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     @property
     def ignores_spin(self) -> bool:
         """Whether the grip is planned as if there were no torque."""
-        return self.controller == COULOMB
+        return self.controller == "coulomb"
 
     @property
     def sizes(self) -> tuple[float, ...]:

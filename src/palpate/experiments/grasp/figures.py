@@ -6,7 +6,9 @@ from functools import partial
 
 import numpy as np
 import numpy.typing as npt
+import trimesh
 from scipy.spatial.transform import Rotation
+from trimesh.graph import smooth_shade
 
 from palpate.controllers.grip.grasp import GraspStage
 from palpate.errors import FloatArray
@@ -38,7 +40,7 @@ from palpate.runtime.palette import (
 )
 from palpate.sim.fidelity import GRAVITY
 
-STAGE_COLOURS: Mapping[str, Colour] = {
+_STAGE_COLOURS: Mapping[str, Colour] = {
     GraspStage.CLOSE: APPROACH,
     GraspStage.NUDGE: SETTLE,
     GraspStage.LIFT: LIFT,
@@ -48,19 +50,22 @@ STAGE_COLOURS: Mapping[str, Colour] = {
 }
 """Grounds of figures over time."""
 
-HEADROOM = 1.15
+_AXIS_HEADROOM = 1.15
 """Top of an axis over its largest value; for the grip, the largest while it was held, without impacts."""
 
-MIN_SLIP_AXIS, MIN_SPIN_AXIS = 0.01, 0.1
+_MIN_SLIP_AXIS, _MIN_SPIN_AXIS = 0.01, 0.1
 """Least spans of the axes [mm], [degrees]; below is the elastic motion of contacts."""
 
-CORNERS = 36
+_CIRCLE_CORNERS = 36
 """Number of corners of a drawn circle."""
 
-MOMENTS = 120
+_MAX_SMOOTH_ANGLE = 1.0
+"""Largest angle between two triangles that are drawn as one smooth surface [rad]."""
+
+MOMENT_COUNT = 120
 """Number of moments that are played, evenly in time, besides the worst."""
 
-ARROW_LENGTH = 1.2
+_ARROW_LENGTH = 1.2
 """Length of the largest force over the distance of the fingertips from their middle."""
 
 Mesh = tuple[FloatArray, npt.NDArray[np.intp]]
@@ -99,9 +104,9 @@ def over_time(grasp: GraspResult, note: str = "") -> Figure | None:
         ),
         panels=(
             _grip_panel(grasp),
-            _motion_panel(grasp, Axis("slip", "mm"), 1e3 * grasp.truth.slid, MIN_SLIP_AXIS, TRUTH),
+            _motion_panel(grasp, Axis("slip", "mm"), 1e3 * grasp.truth.slid, _MIN_SLIP_AXIS, TRUTH),
             _motion_panel(
-                grasp, Axis("spin", "degrees"), np.degrees(grasp.truth.turned), MIN_SPIN_AXIS, SPIN_COLOUR
+                grasp, Axis("spin", "degrees"), np.degrees(grasp.truth.turned), _MIN_SPIN_AXIS, SPIN_COLOUR
             ),
         ),
         wide=True,
@@ -130,8 +135,8 @@ def _motion_panel(grasp: GraspResult, axis: Axis, values: FloatArray, min_span: 
 
 def _panel(grasp: GraspResult, axis: Axis, lines: tuple[Line, ...], *, alarms: bool = True) -> Panel:
     """Return lines over time with the stages behind them."""
-    truth, top, is_grip = grasp.truth, HEADROOM * (axis.high or 1.0), axis.quantity == "grip"
-    spans = phase_spans(truth, grounds=STAGE_COLOURS)
+    truth, top, is_grip = grasp.truth, _AXIS_HEADROOM * (axis.high or 1.0), axis.quantity == "grip"
+    spans = phase_spans(truth, grounds=_STAGE_COLOURS)
     if not is_grip:  # one legend is enough
         spans = tuple(replace(span, name="") for span in spans)
     times = np.array([alarm.time for alarm in grasp.alarms_aloft])
@@ -154,7 +159,7 @@ def moments_figure(grasp: GraspResult, note: str = "") -> Figure | None:
         return None
     truth, surface, known = grasp.truth, grasp.planned.true, grasp.truth_known
     worst, alone = worst_moment(grasp), _held_alone(grasp)
-    evenly = lifted[np.linspace(0, len(lifted) - 1, min(MOMENTS, len(lifted))).round().astype(np.intp)]
+    evenly = lifted[np.linspace(0, len(lifted) - 1, min(MOMENT_COUNT, len(lifted))).round().astype(np.intp)]
     at = np.union1d(evenly, [worst])
     step = int(np.searchsorted(at, worst))
     names = [f"{truth.time[i]:.3f} s, {truth.phase[i]}" for i in at]
@@ -218,7 +223,7 @@ def _space(grasp: GraspResult, at: npt.NDArray[np.intp], step: int) -> Space:
         marks.append(Placed(ball, tips[:, k], still))
     longest = float(np.linalg.norm(pushes, axis=2).max(initial=0.0))
     distances = np.linalg.norm(tips[step], axis=1)
-    per_newton = ARROW_LENGTH * float(distances.max()) / max(longest, 1e-9)
+    per_newton = _ARROW_LENGTH * float(distances.max()) / max(longest, 1e-9)
     if grasp.truth_known:
         turns = Rotation.from_quat(np.roll(truth.quat_wxyz[at], -1, axis=1)).as_matrix()
         body = Surface(*held_mesh(grasp.planned.config), "object", colour=QUIET_COLOUR, opacity=0.22)
@@ -239,31 +244,20 @@ def _space(grasp: GraspResult, at: npt.NDArray[np.intp], step: int) -> Space:
 
 
 def held_mesh(config: GraspConfig) -> Mesh:
-    """Return the mesh of the held object in its frame; a cylinder's axis is x."""
-    sizes = config.sizes
+    """Return the mesh of the held object in its frame, with sharp edges; a cylinder's axis is x."""
+    size = config.sizes
     if config.object == "sphere":
-        return _sphere_mesh(sizes[0])
-    if config.object == "cylinder":
-        half, radius = 0.5 * sizes[1], sizes[0]
-        # each rim twice, so that it is an edge
-        return _turned(half * np.array([-1, -1, -1, 1, 1, 1.0]), radius * np.array([0, 1, 1, 1, 1, 0.0]), CORNERS)
-    vertices, triangles = _turned(np.array([-1, -1, 1, 1.0]), np.array([0, 1, 1, 0.0]), 4)
-    corners = vertices[triangles.ravel()] * np.array([0.5, np.sqrt(0.5), np.sqrt(0.5)]) * np.array(sizes)
-    return corners, np.arange(len(corners)).reshape(-1, 3)
+        return _sphere_mesh(size[0])
+    if config.object == "box":
+        mesh = trimesh.creation.box(size)
+    else:
+        mesh = trimesh.creation.cylinder(radius=size[0], height=size[1], sections=_CIRCLE_CORNERS)
+        mesh.vertices = np.roll(mesh.vertices, 1, axis=1)
+    mesh = smooth_shade(mesh, angle=_MAX_SMOOTH_ANGLE)
+    return np.array(mesh.vertices), np.array(mesh.faces)
 
 
 def _sphere_mesh(radius: float) -> Mesh:
     """Return a sphere about the origin."""
-    angle = np.linspace(0.0, np.pi, CORNERS // 2 + 1)
-    return _turned(-radius * np.cos(angle), radius * np.sin(angle), CORNERS)
-
-
-def _turned(x: FloatArray, radius: FloatArray, corners: int) -> Mesh:
-    """Return a profile turned about the x axis; with four corners its sides lie across y and z."""
-    angle = 2.0 * np.pi * (np.arange(corners) + 0.5) / corners
-    ring = np.stack([np.ones(corners), np.cos(angle), np.sin(angle)], axis=1)
-    vertices = np.stack([x, radius, radius], axis=1)[:, None] * ring
-    i, j = np.meshgrid(np.arange(len(x) - 1), np.arange(corners), indexing="ij")
-    a, b = (i * corners + j).ravel(), (i * corners + (j + 1) % corners).ravel()
-    triangles = np.concatenate([np.stack([a, b, a + corners], 1), np.stack([b, b + corners, a + corners], 1)])
-    return vertices.reshape(-1, 3), triangles
+    ball = trimesh.creation.icosphere(3, radius)
+    return np.array(ball.vertices), np.array(ball.faces)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from palpate.experiments.grasp.plan import GraspPlan
     from palpate.experiments.grasp.result import GraspResult
 
-LARGE_GRIP_RATIO = 1.5
+_LARGE_GRIP_RATIO = 1.5
 """Ratio of grip and minimum above which a smaller margin is advised."""
 
 
@@ -37,7 +37,7 @@ def _too_high(name: str, estimated: float, true: float, unit: str, config: Grasp
     )
 
 
-SLIP_CAUSES = (
+_SLIP_CAUSES = (
     Finding(
         lambda planned: planned.config.ignores_spin,
         remedy="Spin was ignored: with --controller limit-surface the grip carries the torque, too.",
@@ -78,7 +78,7 @@ SLIP_CAUSES = (
 def against_slip(planned: "GraspPlan") -> str:
     """Return the remedy of an object that gave way."""
     subject: Any = planned
-    return remedies((first_finding(SLIP_CAUSES, planned),), subject)[0]
+    return remedies((first_finding(_SLIP_CAUSES, planned),), subject)[0]
 
 
 def _gave_way(grasp: "GraspResult") -> bool:
@@ -86,7 +86,7 @@ def _gave_way(grasp: "GraspResult") -> bool:
 
 
 def _held_hard(grasp: "GraspResult") -> bool:
-    return grasp.truth_known and not _gave_way(grasp) and grasp.grip_ratio > LARGE_GRIP_RATIO
+    return grasp.truth_known and not _gave_way(grasp) and grasp.grip_ratio > _LARGE_GRIP_RATIO
 
 
 FINDINGS = (

@@ -26,7 +26,7 @@ from palpate.surfaces import Sphere
 USUAL_SURFACE = LimitSurface(friction=0.5, spin_length=0.004)
 """Default surface: rubber on a smooth object."""
 
-RIPPLE = GripDither(amplitude=0.3, frequency=100.0)
+GRIP_RIPPLE = GripDither(amplitude=0.3, frequency=100.0)
 """Ripple on the grip. The simulated hand's servos pass a third of it on: 0.11 N at the fingertips."""
 
 COVERED_BY_MARGIN = (0.03, 0.05)
@@ -35,11 +35,11 @@ COVERED_BY_MARGIN = (0.03, 0.05)
 MIN_NORM_EXPONENT = 1.0
 """Least p: a diamond, with the least capacity for combined loads."""
 
-WEAKEST_SHARE = 0.5
+_WEAKEST_SHARE = 0.5
 """Share of the least mu and e in the assumed range at which slip is still detected. With 0.7, a mu of 0.3 was
 dropped without an alarm where 0.62 +- 30 % was assumed."""
 
-EXCITED = ExcitedParameters(steady=0.3)
+_RIPPLE_DETECTION = ExcitedParameters(steady=0.3)
 """Half the weight of 0.1 kg changes by a good part from sample to sample, by noise. With the usual tenth, an
 object that slides out of fingers that press with 1.5 N is not detected."""
 
@@ -47,13 +47,13 @@ NUDGE_GRIP = 2.0
 """Grip of a nudge [N]. Its torque 2 mu e f_n is less than tips a box of 0.1 kg over, with mu 0.65 and e 6 mm too:
 16 of 24 mN m."""
 
-MAX_DEVIATIONS = 3.0
+_MAX_DEVIATIONS = 3.0
 """Largest error of an estimate in standard deviations. Beyond, e could vanish."""
 
-CAUTIOUS_DEVIATIONS = 2.33
+_CAUTIOUS_DEVIATIONS = 2.33
 """Standard deviations of an estimate below which 1 % of the true values lie."""
 
-UNIFORM_HALF_WIDTH = 3.0**0.5
+_UNIFORM_HALF_WIDTH = 3.0**0.5
 """Half width of a uniform distribution in its standard deviations."""
 
 
@@ -92,7 +92,7 @@ def rubbed_by_plant(config: GraspConfig) -> bool:
 
 
 def believed_surface(config: GraspConfig, found: FrictionFile | None) -> LimitSurface:
-    """Return the limit surface that is believed at first.
+    """Return the first estimate of the limit surface.
 
     Args:
         config: Options of the grasp.
@@ -106,7 +106,7 @@ def believed_surface(config: GraspConfig, found: FrictionFile | None) -> LimitSu
     generator = np.random.default_rng((config.seed, 11))
     a, b = generator.uniform(-1.0, 1.0, 2).tolist()
     if config.known == "estimated":
-        a, b = np.clip(generator.standard_normal(2), -MAX_DEVIATIONS, MAX_DEVIATIONS).tolist()
+        a, b = np.clip(generator.standard_normal(2), -_MAX_DEVIATIONS, _MAX_DEVIATIONS).tolist()
     of_mu, of_e = SPREADS[config.known]
     true = true_surface(config)
     # the truth lies about the belief, evenly or normally; the exponents are exact
@@ -148,7 +148,7 @@ def _cautious(found: FrictionEstimate, covered: float) -> float:
 
 def worst_surface(config: GraspConfig, believed: LimitSurface) -> LimitSurface:
     """Return the weakest surface within the assumed range of friction."""
-    deviations = CAUTIOUS_DEVIATIONS if config.known == "estimated" else 1.0
+    deviations = _CAUTIOUS_DEVIATIONS if config.known == "estimated" else 1.0
     of_mu, of_e = (deviations * spread for spread in SPREADS[config.known])
     return replace(
         believed, friction=believed.friction * (1.0 - of_mu), spin_length=believed.spin_length * (1.0 - of_e)
@@ -176,7 +176,7 @@ class NotedNudge(NudgedSurface):
     """
 
     def __init__(self, cautious: LimitSurface, grip: float) -> None:
-        """Take the least that the contacts can bear, and the grip of the nudge [N]."""
+        """Take the weakest likely surface of the contacts, and the grip of the nudge [N]."""
         super().__init__(cautious)
         self._growth = positive("grip", grip, "N") ** cautious.load_exponent
         self.found: tuple[NudgeFinding, ...] = ()
@@ -203,8 +203,8 @@ def belief_of(config: GraspConfig, believed: LimitSurface) -> SurfaceBelief:
         lambda: FrictionBelief(
             believed.friction,
             believed.spin_length,
-            friction_deviation=of_mu / UNIFORM_HALF_WIDTH,
-            spin_length_deviation=of_e / UNIFORM_HALF_WIDTH,
+            friction_deviation=of_mu / _UNIFORM_HALF_WIDTH,
+            spin_length_deviation=of_e / _UNIFORM_HALF_WIDTH,
             load_exponent=believed.load_exponent,
             norm_exponent=believed.norm_exponent,
         )
@@ -216,15 +216,15 @@ def slips_of(config: GraspConfig, believed: LimitSurface, tip: Tip, period: floa
 
     Args:
         config: Options of the grasp.
-        believed: Limit surface that is believed at first.
+        believed: First estimate of the limit surface.
         tip: Fingertip of each finger: a sphere on its sensor's axis.
         period: Control period [s].
     """
     noise, worst = _noise(config, tip), worst_surface(config, believed)
     weakest = replace(
-        worst, friction=WEAKEST_SHARE * worst.friction, spin_length=WEAKEST_SHARE * worst.spin_length
+        worst, friction=_WEAKEST_SHARE * worst.friction, spin_length=_WEAKEST_SHARE * worst.spin_length
     )
-    return FingerSlips(lambda: ExcitedSlip(weakest, RIPPLE, period, noise, EXCITED))
+    return FingerSlips(lambda: ExcitedSlip(weakest, GRIP_RIPPLE, period, noise, _RIPPLE_DETECTION))
 
 
 def load_watch(
@@ -237,7 +237,7 @@ def load_watch(
 
     Args:
         config: Options of the grasp.
-        believed: Limit surface that is believed at first.
+        believed: First estimate of the limit surface.
         belief: Friction estimate that detected slips correct.
         hand: Geometry of the hand.
         period: Control period [s].

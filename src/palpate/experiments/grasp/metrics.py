@@ -16,7 +16,7 @@ MAX_GRIP = 15.5
 that jumps there with 450 N/s overshoots, of the 0.25 that it measures; half of the largest pull and a weight, 8 mm
 aside, are 0.036 about another axis."""
 
-MAX_OVERSHOOT = 0.3
+_MAX_OVERSHOOT = 0.3
 """Largest overshoot of a grip that jumps to its limit, relative: the servos' rotors swing on the contacts."""
 
 SLIP_LIMIT = 2e-5
@@ -32,9 +32,9 @@ slower as a pull of 0.5 N grows within a second."""
 SPIN_RATE_LIMIT = math.radians(0.05)
 """Rate of spin above which an object counts as spun [rad/s]: `SPIN_LIMIT` in four seconds."""
 
-NUDGE_FRICTION_ERROR, NUDGE_SPIN_LENGTH_ERROR = 0.02, 2.5e-4
-"""Relative error of mu, and error of e [m], that a nudge kept in all of 40 runs, half of them with MuJoCo's
-friction and half with the friction plant (mu 0.35 to 0.65, e 2 to 6 mm, p = 2)."""
+_NUDGE_FRICTION_ERROR, _NUDGE_SPIN_LENGTH_ERROR = 0.02, 2.5e-4
+"""Largest errors of a nudge in 40 runs: of mu, relative, and of e [m]. Half of the runs had MuJoCo's friction,
+half the friction plant (mu 0.35 to 0.65, e 2 to 6 mm, p = 2)."""
 
 
 def _simulated(grasp: "GraspResult") -> bool:
@@ -53,7 +53,7 @@ def _grip_note(grasp: "GraspResult") -> str:
     kind = "true" if grasp.truth_known else "felt"
     return (
         f"{kind}, mean of the fingers, while pulled; at most {MAX_GRIP:g} N is commanded, and servos overshoot a "
-        f"jump by up to {100.0 * MAX_OVERSHOOT:.3g} %"
+        f"jump by up to {100.0 * _MAX_OVERSHOOT:.3g} %"
     )
 
 
@@ -115,7 +115,7 @@ def _nudge_note(value: float, error: float, true: str) -> str:
 def _nudge_friction_note(grasp: "GraspResult") -> str:
     mu = grasp.planned.true.friction
     true = f"true {mu:.3g}" if grasp.truth_known else "true mu not known on a robot"
-    return _nudge_note(_nudge_friction(grasp), NUDGE_FRICTION_ERROR * mu, true)
+    return _nudge_note(_nudge_friction(grasp), _NUDGE_FRICTION_ERROR * mu, true)
 
 
 def _nudge_spin_length_note(grasp: "GraspResult") -> str:
@@ -124,7 +124,7 @@ def _nudge_spin_length_note(grasp: "GraspResult") -> str:
     e = 1e3 * grasp.planned.true.spin_length_at(NUDGE_GRIP)
     true = f"true {e:.3g} mm" if grasp.truth_known else "true e not known on a robot"
     found = 1e3 * _nudge_spin_length(grasp)
-    return _nudge_note(found, 1e3 * NUDGE_SPIN_LENGTH_ERROR, f"{true} at {NUDGE_GRIP:g} N")
+    return _nudge_note(found, 1e3 * _NUDGE_SPIN_LENGTH_ERROR, f"{true} at {NUDGE_GRIP:g} N")
 
 
 METRICS = (

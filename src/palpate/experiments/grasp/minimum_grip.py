@@ -1,4 +1,4 @@
-"""The minimum grip that holds a load: for any fingers and loads, and before a run by what the hand can press."""
+"""The minimum grip that holds a load, and the limits of the hand that follow from it."""
 
 import math
 from collections.abc import Sequence
@@ -15,23 +15,24 @@ from palpate.friction.p_norm import p_norm
 from palpate.sim.fidelity import GRAVITY
 from palpate.spatial import Vector, Wrench
 
-TOLERANCE = 1e-3
+GRIP_TOLERANCE = 1e-3
 """Share of the mean force by which a load may exceed a limit, and by which the minimum may be too small."""
 
-MAX_ROUNDS = 40
+_MAX_ROUNDS = 40
 """Largest number of rounds of cutting planes; never reached, for each about doubles the accuracy."""
 
-MIN_SPIN_LENGTH = 1e-6
+_MIN_SPIN_LENGTH = 1e-6
 """Length that scales moments where no finger presses [m]."""
 
-MIN_LIFT_MARGIN = 0.08
-"""Share of grip that a lift takes beyond the minimum, whatever the margin: what the lift waits for, and noise."""
+_MIN_LIFT_MARGIN = 0.08
+"""Share of grip that a lift takes beyond the minimum, with any margin: the threshold at which the lift
+begins, and noise."""
 
-GRIP_RATE = 15.0
+_GRIP_RATE = 15.0
 """Least rate at which the simulated fingers' grip follows a large change [N/s]: position servos whose profile
 closes with 5 mm/s."""
 
-TAKING_UP_TIME = 0.15
+_TAKING_UP_TIME = 0.15
 """Time by which taking up any weight exceeds a start with full acceleration [s]."""
 
 
@@ -56,7 +57,7 @@ def least_forces(
 
     Args:
         surface: True limit surface of each contact.
-        load: Load on the object besides the fingers, about the origin [N, N m].
+        load: Other load on the object than the fingers', about the origin [N, N m].
         contacts: Positions of the contacts [m].
         normals: Unit vectors into the object.
 
@@ -71,7 +72,7 @@ def least_forces(
     while (
         surface.load_exponent
         and np.isfinite(least).all()
-        and np.abs(least - before).max() > TOLERANCE * least.max()
+        and np.abs(least - before).max() > GRIP_TOLERANCE * least.max()
     ):
         least, before = _least_of_many(surface, least, wrench, at, n), least
     return tuple(least.tolist())
@@ -84,7 +85,7 @@ def _least_of_many(
 
     The vector z of a finger, two tangential components and a torque over e, must lie within the limit surface at
     f: d . z <= mu f for the gradient d of its norm at every point. A round adds the planes that the solution
-    before violates, until none is violated by more than `TOLERANCE`. e belongs to the forces `pressed` [N].
+    before violates, until none is violated by more than `GRIP_TOLERANCE`. e belongs to the forces `pressed` [N].
     """
     mu, power, n = surface.friction, surface.norm_exponent, len(contacts)
     lengths = [surface.spin_length_at(force) for force in pressed.tolist()]
@@ -95,11 +96,11 @@ def _least_of_many(
         for k, direction in enumerate((q, aside, np.cross(q, aside))):
             A[:, 4 * i + k] = (*direction, *np.cross(p, direction))
         A[3:, 4 * i + 3] = lengths[i] * q
-    e = max(max(lengths), MIN_SPIN_LENGTH)
+    e = max(max(lengths), _MIN_SPIN_LENGTH)
     scale = np.array([1.0, 1.0, 1.0, 1.0 / e, 1.0 / e, 1.0 / e])
     planes = [_plane(i, n, d, mu) for i in range(n) for d in (*np.eye(3), *-np.eye(3))]
     forces = np.full(n, math.inf)
-    for _ in range(MAX_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         found = linprog(
             np.tile([1.0, 0.0, 0.0, 0.0], n),
             A_ub=np.array(planes),
@@ -117,7 +118,7 @@ def _least_of_many(
             if size > mu * f * (1.0 + 1e-12):
                 worst = max(worst, (size - mu * f) / (mu * float(forces.mean())))
                 planes.append(_plane(i, n, direction, mu))
-        if worst < TOLERANCE:
+        if worst < GRIP_TOLERANCE:
             break
     return forces
 
@@ -179,7 +180,7 @@ def taking_up_time(config: GraspConfig, cautious: LimitSurface, first_grip: floa
     """
     needed = grip_for(config, cautious, load_under(config))
     grip = min((1.0 + config.margin) * needed, MAX_GRIP)
-    return TAKING_UP_TIME + max(0.0, grip - first_grip) / GRIP_RATE
+    return _TAKING_UP_TIME + max(0.0, grip - first_grip) / _GRIP_RATE
 
 
 def check_weight(config: GraspConfig, cautious: LimitSurface, true: LimitSurface) -> None:
@@ -200,7 +201,7 @@ def check_weight(config: GraspConfig, cautious: LimitSurface, true: LimitSurface
         (grip_for(config, cautious, weight), cautious, " (planned with)"),
     )
     least, surface, note = max(needs, key=lambda each: each[0])
-    margin = max(config.margin, MIN_LIFT_MARGIN)
+    margin = max(config.margin, _MIN_LIFT_MARGIN)
     grip = (1.0 + margin) * least
     if grip > MAX_GRIP:
         most = _rounded_down(config.mass * MAX_GRIP / grip)

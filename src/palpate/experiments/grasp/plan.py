@@ -12,9 +12,11 @@ from palpate.controllers.grip.grasp import GraspController, GraspStage, LiftingC
 from palpate.controllers.grip.grasp_solver import MinimumGrip, RobustGrip
 from palpate.controllers.grip.grip_plan import CommonGrip, GripPlan
 from palpate.controllers.grip.lift import LiftController, LiftParameters
+from palpate.controllers.grip.need import NeedWithoutSpin
 from palpate.controllers.grip.nudge import NudgeAndLift, NudgeController, NudgedSurface, NudgeParameters
 from palpate.controllers.grip.parameters import GripParameters
 from palpate.controllers.grip.preload import Preload
+from palpate.controllers.grip.rubbed_need import NeedWithinRubbed
 from palpate.controllers.grip.shared_grip import SHARED, SharedGrip
 from palpate.controllers.grip.slip_bounded_surface import SlipBoundedSurface
 from palpate.controllers.grip.slip_safe import SlipSafeGrip
@@ -23,8 +25,8 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.grasp.account import plan_notes
 from palpate.experiments.grasp.config import KNOWN_TEXT, SPREADS, THREE, GraspConfig
 from palpate.experiments.grasp.friction_belief import (
+    GRIP_RIPPLE,
     NUDGE_GRIP,
-    RIPPLE,
     USUAL_SURFACE,
     belief_of,
     believed_surface,
@@ -35,7 +37,6 @@ from palpate.experiments.grasp.friction_belief import (
     true_surface,
     worst_surface,
 )
-from palpate.experiments.grasp.grip_laws import COULOMB, GRIP_LAWS, LIMIT_SURFACE
 from palpate.experiments.grasp.metrics import MAX_GRIP
 from palpate.experiments.grasp.minimum_grip import (
     check_weight,
@@ -74,25 +75,25 @@ from palpate.sim.hand.hand_model import opening_of
 from palpate.spatial import ZERO
 from palpate.viewing import ViewScene
 
-LIFT_ACCELERATION = 0.3
+_LIFT_ACCELERATION = 0.3
 """Acceleration of lifting and lowering [m/s^2]: 3 % of the weight."""
 
-LOWERING_SPEED = 0.02
+_LOWERING_SPEED = 0.02
 """Speed of lowering [m/s]; it stops within a millisecond with 20 m/s^2, within the limits."""
 
-CONTACT_TIME = 0.15
+_CONTACT_TIME = 0.15
 """Time from the first touch to all of them, with the delay of servos and their bus [s]."""
 
-SPARE_TIME = 0.3
+_SPARE_TIME = 0.3
 """Time from the planned end of the lift to the pull [s]."""
 
-FELT_DELAY = 0.05
+_FELT_DELAY = 0.05
 """Time after which an announced load is felt in full [s]: bus, smoothing, and the swing of the rotors."""
 
-MAX_DELAY = 20.0
+_MAX_DELAY = 20.0
 """Time by which a run may exceed its plan [s]."""
 
-NUDGE = NudgeParameters(NUDGE_GRIP, ZERO)
+NUDGE_PARAMETERS = NudgeParameters(NUDGE_GRIP, ZERO)
 """Parameters of a nudge about the middle of the fingertips."""
 
 
@@ -102,7 +103,7 @@ class GraspPlan(PlanDefaults):
 
     Attributes:
         config: Options of the grasp, with the simulated surface in numbers.
-        believed: Limit surface that is believed at first.
+        believed: First estimate of the limit surface.
         times: Times of the pull.
         lift: Parameters of the lift.
         hand: Hand that holds the object.
@@ -120,7 +121,7 @@ class GraspPlan(PlanDefaults):
 
     @property
     def true(self) -> LimitSurface:
-        """True limit surface of the contacts; on a real robot, the believed one."""
+        """True limit surface of the contacts; on a real robot, its first estimate."""
         return self.believed if self.hand.real else true_surface(self.config)
 
     @property
@@ -151,13 +152,13 @@ class GraspPlan(PlanDefaults):
     @property
     def expected_duration(self) -> float:
         """Expected duration of the run [s]."""
-        down = self.config.lift_height / LOWERING_SPEED + LOWERING_SPEED / LIFT_ACCELERATION
+        down = self.config.lift_height / _LOWERING_SPEED + _LOWERING_SPEED / _LIFT_ACCELERATION
         return self.times.gone + down + 1.5
 
     @property
     def longest_duration(self) -> float:
         """Duration after which the run is stopped [s]."""
-        return self.expected_duration + MAX_DELAY
+        return self.expected_duration + _MAX_DELAY
 
     @property
     def most_rubbed(self) -> float:
@@ -167,7 +168,7 @@ class GraspPlan(PlanDefaults):
 
     @property
     def planned_grip(self) -> float:
-        """Grip of the largest load by the believed surface, with the margin [N]."""
+        """Grip of the largest load by the first estimate of friction, with the margin [N]."""
         return (1.0 + self.config.margin) * grip_for(self.config, self.believed, largest_load(self.config))
 
     @property
@@ -231,10 +232,10 @@ class GraspPlan(PlanDefaults):
         lifting: LiftingController = lift
         first = GraspStage.CLOSE
         if isinstance(belief, NudgedSurface):
-            parameters = replace(NUDGE, center=self.hand.geometry.center)
+            parameters = replace(NUDGE_PARAMETERS, center=self.hand.geometry.center)
             nudge = NudgeController(config.fingers, self.period, parameters)
             lifting, first = NudgeAndLift(nudge, belief, lift), GraspStage.NUDGE
-        down = SetDownParameters(height=config.lift_height, speed=LOWERING_SPEED, acceleration=LIFT_ACCELERATION)
+        down = SetDownParameters(height=config.lift_height, speed=_LOWERING_SPEED, acceleration=_LIFT_ACCELERATION)
         return GraspController(lifting, grip, self.period, down, first=first, zeros=zeros)
 
     def _grip(self, friction: SurfaceBelief, zeros: Zeros) -> SlipSafeGrip:
@@ -242,7 +243,7 @@ class GraspPlan(PlanDefaults):
         belief = SlipBoundedSurface(friction)
         watch = load_watch(config, self.believed, belief, hand, period)
         # two opposed fingers whose friction is known share alike, which is the minimum already
-        shared = config.controller == LIMIT_SURFACE and (
+        shared = not config.ignores_spin and (
             config.known == "estimated" or (config.fingers == THREE and config.known == "touched")
         )
         parameters = replace(SHARED if shared else GripParameters(), margin=config.margin, largest_grip=MAX_GRIP)
@@ -252,7 +253,7 @@ class GraspPlan(PlanDefaults):
             solver = RobustGrip(n, *SPREADS["estimated"], config.probability) if robust else MinimumGrip(n)
             plan = SharedGrip(n, belief, period, hand, parameters, solver, self.most_rubbed)
         else:
-            law = GRIP_LAWS[config.controller](self.most_rubbed)
+            law = NeedWithoutSpin() if config.ignores_spin else NeedWithinRubbed(self.most_rubbed)
             plan = CommonGrip(n, belief, period, parameters, law)
         announcer = self._announcer()
         if config.known != "untouched":
@@ -272,7 +273,7 @@ class GraspPlan(PlanDefaults):
             n,
             belief,
             period,
-            RIPPLE,
+            GRIP_RIPPLE,
             parameters,
             slips_of(config, self.believed, hand.tips[0], period),
             plan,
@@ -287,17 +288,17 @@ class GraspPlan(PlanDefaults):
         config, times = self.config, self.times
         if config.announced is None:
             return None
-        # a shake goes up and down and sideways at once
+        # a shake pulls vertically and sideways at once
         shakes = config.load == "shake"
         more = 2.0**0.5 * config.largest_pull if shakes else max(config.largest_pull - config.pull_before, 0.0)
-        load = ExpectedLoad(times.grows, times.grows + config.rising + FELT_DELAY, more, config.offset * more)
+        load = ExpectedLoad(times.grows, times.grows + config.rising + _FELT_DELAY, more, config.offset * more)
         return LoadAnnouncedBefore(load, config.announced)
 
     def companion(self) -> "GraspPlan | None":
         """Return the same plan by Coulomb's law alone; None without a comparison."""
         if not self.config.against_ignoring_spin:
             return None
-        return replace(self, config=replace(self.config, controller=COULOMB, against_ignoring_spin=False))
+        return replace(self, config=replace(self.config, controller="coulomb", against_ignoring_spin=False))
 
     def observer(
         self, controller: GraspController, truth: TruthSource | None
@@ -379,15 +380,15 @@ def plan(config: GraspConfig, robot: Robot | None, attachments: Mapping[str, str
     if config.known == "nudged":
         cautious = true  # a nudge measures it
     check_weight(config, cautious, true)
-    lift = LiftParameters(height=config.lift_height, speed=config.lift_speed, acceleration=LIFT_ACCELERATION)
+    lift = LiftParameters(height=config.lift_height, speed=config.lift_speed, acceleration=_LIFT_ACCELERATION)
     gap = opening_of(hand.geometry) - max(map(tip_radius, hand.geometry.tips)) - config.half_width
-    closed = max(gap, 0.0) / hand.geometry.closing_speed + CONTACT_TIME
-    rise = config.lift_height / config.lift_speed + config.lift_speed / LIFT_ACCELERATION
+    closed = max(gap, 0.0) / hand.geometry.closing_speed + _CONTACT_TIME
+    rise = config.lift_height / config.lift_speed + config.lift_speed / _LIFT_ACCELERATION
     taken_up = taking_up_time(config, cautious, lift.first_grip)
-    begin = closed + 2.0 * lift.settle_time + taken_up + rise + SPARE_TIME
+    begin = closed + 2.0 * lift.settle_time + taken_up + rise + _SPARE_TIME
     if config.known == "nudged":
-        begin += NUDGE.duration
+        begin += NUDGE_PARAMETERS.duration
     times = PullTimes.of(config, begin)
-    lift = replace(lift, hold_time=times.gone - begin + 2.0 * SPARE_TIME)
-    limits = hand.limits.allowing(max(config.lift_speed, LOWERING_SPEED))
+    lift = replace(lift, hold_time=times.gone - begin + 2.0 * _SPARE_TIME)
+    limits = hand.limits.allowing(max(config.lift_speed, _LOWERING_SPEED))
     return GraspPlan(config, believed, times, lift, hand, limits, found)

@@ -23,7 +23,7 @@ from palpate.reporting.report import Figures, Paragraph, QuantityTable, Report, 
 from palpate.runtime import Ending
 from palpate.sim.fidelity import GRAVITY
 
-COMPARED_KEYS = (
+_COMPARED_KEYS = (
     "dropped",
     "gave_way",
     "slip_m",
@@ -35,7 +35,7 @@ COMPARED_KEYS = (
 )
 """Metrics that are compared with those of a control that ignores spin."""
 
-IGNORING_SPIN = ", ignoring spin"
+_IGNORING_SPIN = ", ignoring spin"
 """End of the titles of rows and figures of such a control."""
 
 
@@ -129,7 +129,7 @@ def _title(config: GraspConfig) -> str:
         "shake": "shaken",
         "none": "just held",
     }[config.load]
-    return f"A {config.object} in {fingers} fingers, {pulled}{IGNORING_SPIN if config.ignores_spin else ''}"
+    return f"A {config.object} in {fingers} fingers, {pulled}{_IGNORING_SPIN if config.ignores_spin else ''}"
 
 
 def _alarms_by_finger(grasp: GraspResult) -> Iterator[Section]:
@@ -164,16 +164,16 @@ def compared(grasp: GraspResult, other: GraspResult) -> tuple[Quantity, ...]:
     found = []
     for metric in METRICS:
         with_spin, without = metric.row(grasp), metric.row(other)
-        if metric.key in COMPARED_KEYS and with_spin is not None and without is not None:
+        if metric.key in _COMPARED_KEYS and with_spin is not None and without is not None:
             note = f"with spin {with_spin.text} {with_spin.unit}".rstrip()
-            found.append(replace(without, name=f"{metric.meaning}{IGNORING_SPIN}", note=note))
+            found.append(replace(without, name=f"{metric.meaning}{_IGNORING_SPIN}", note=note))
     return tuple(found)
 
 
 def _ignoring_spin(grasp: GraspResult) -> Iterator[Section]:
     other = grasp.comparison
     if other is not None:
-        figures = Figures(lambda: grasp_figures(other, IGNORING_SPIN))
+        figures = Figures(lambda: grasp_figures(other, _IGNORING_SPIN))
         yield Section("A control that ignores spin", (QuantityTable(compared(grasp, other)), figures))
 
 

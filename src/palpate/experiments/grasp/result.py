@@ -31,30 +31,30 @@ if TYPE_CHECKING:  # plans make the recorders whose truth is evaluated here
 
 BoolArray = npt.NDArray[np.bool_]
 
-DROP_SLIP = 0.01
+_DROP_SLIP = 0.01
 """Slip that counts as a drop, even if the table or a fingertip caught the object [m]."""
 
-MIN_RATE_TIME = 1.0
+_MIN_RATE_TIME = 1.0
 """Shortest time over which a rate of slip is given [s]: shaking at 2 Hz has come back twice."""
 
-DENSE_STEP, SPARSE_STEP = 5, 25
+_DENSE_STEP, _SPARSE_STEP = 5, 25
 """Periods between two evaluations of the minimum grip, while something pulls and otherwise."""
 
-ACCELERATION_WINDOW = 0.02
+_ACCELERATION_WINDOW = 0.02
 """Time over which the acceleration of lifting and lowering is averaged [s]; contacts that ring are no load."""
 
-TABLE_GAP = 2e-5
+_TABLE_GAP = 2e-5
 """Height above the table below which the table may still carry part of the weight [m]."""
 
 
 def creep_rate(time: FloatArray, way: FloatArray) -> float:
-    """Return the slope of the line through a way, the largest of all fingers; 0 below `MIN_RATE_TIME`.
+    """Return the slope of the line through a way, the largest of all fingers; 0 below `_MIN_RATE_TIME`.
 
     Args:
         time: Time of each row, shape (n,) [s].
         way: Way of each finger, shape (n, k) [m] or [rad].
     """
-    if len(time) < 2 or time[-1] - time[0] < MIN_RATE_TIME:
+    if len(time) < 2 or time[-1] - time[0] < _MIN_RATE_TIME:
         return 0.0
     from_middle = time - time.mean()
     slopes = from_middle @ way / (from_middle @ from_middle)
@@ -132,7 +132,7 @@ class GraspResult(ShownResult):
     @cached_property
     def carried(self) -> BoolArray:
         """Periods in which the fingers alone carry the object, shape (n,)."""
-        return np.asarray(self.aloft & (self.truth.clearance > TABLE_GAP))
+        return np.asarray(self.aloft & (self.truth.clearance > _TABLE_GAP))
 
     @property
     def slip_aloft(self) -> float:
@@ -175,14 +175,14 @@ class GraspResult(ShownResult):
     def dropped(self) -> bool:
         """Whether the object was lost, slid too far, or was never lifted."""
         lost = self.truth.touching[self.counted].sum(axis=1).min(initial=self.truth.fingers) < 2
-        far = max(self.slip, self.slip_aloft) > DROP_SLIP
+        far = max(self.slip, self.slip_aloft) > _DROP_SLIP
         return bool(lost) or far or not self.counted.any() or self.left_behind
 
     @property
     def left_behind(self) -> bool:
         """Whether the object still stood or lay on the table when the pull began."""
         pulled = np.flatnonzero(self.counted)
-        return bool(len(pulled) and self.truth.clearance[pulled[0]] <= TABLE_GAP)
+        return bool(len(pulled) and self.truth.clearance[pulled[0]] <= _TABLE_GAP)
 
     @property
     def higher(self) -> float:
@@ -200,7 +200,7 @@ class GraspResult(ShownResult):
         if not len(at):
             return least
         dense, sparse = at[self.counted[at]], at[~self.counted[at]]
-        chosen = np.unique(np.concatenate([dense[::DENSE_STEP], dense[-1:], sparse[::SPARSE_STEP], at[-1:]]))
+        chosen = np.unique(np.concatenate([dense[::_DENSE_STEP], dense[-1:], sparse[::_SPARSE_STEP], at[-1:]]))
         load = truth.pull.copy()
         load[:, 2] += -planned.config.mass * (GRAVITY + self._acceleration())
         values = [
@@ -212,7 +212,7 @@ class GraspResult(ShownResult):
 
     def _acceleration(self) -> FloatArray:
         """Return the object's acceleration upwards while it is lifted and lowered, shape (n,) [m/s^2]; else 0."""
-        truth, n = self.truth, round(ACCELERATION_WINDOW / self.planned.period)
+        truth, n = self.truth, round(_ACCELERATION_WINDOW / self.planned.period)
         moved = self.aloft & ~self._at(GraspStage.HOLD)
         if not moved.any() or len(truth) <= n:
             return np.zeros(len(truth))

@@ -1,4 +1,4 @@
-"""Scene and hand of a grasp: object, table, sensors, pull, and what a robot's hand can be asked for."""
+"""Scene and hand of a grasp: object, table, sensors, pull, and the options that a robot's hand takes."""
 
 from dataclasses import dataclass, replace
 
@@ -31,31 +31,31 @@ from palpate.sim.sensor.stages import Quantisation, SampleClock, Saturation, Whi
 from palpate.sim.sensor.temperature import ThermalDrift, WarmUp
 from palpate.spatial import ZERO, Matrix, Wrench, rotate, scale
 
-BRISTLE_STIFFNESS = 5e3
+_BRISTLE_STIFFNESS = 5e3
 """Stiffness of the friction plant [N/m]: the largest that is stable with objects of 50 g and this time step."""
 
-SENSOR_RANGE: Wrench = (25.0, 25.0, 35.0, 0.25, 0.25, 0.25)
+_SENSOR_RANGE: Wrench = (25.0, 25.0, 35.0, 0.25, 0.25, 0.25)
 """Range of the ATI Nano17, calibration SI-25-0.25 [N, N m]; a grip of 12 N would be all of SI-12-0.12."""
 
-SENSOR_STEP = alike(1 / 160, 1e-3 / 32)
+_SENSOR_STEP = alike(1 / 160, 1e-3 / 32)
 """Resolution of that sensor [N, N m]."""
 
-SLOW_WARM_UP = WarmUp(rise=10.0, time_constant=1e5)
+_SLOW_WARM_UP = WarmUp(rise=10.0, time_constant=1e5)
 """Warm-up by which drift is simulated: as good as steady for a run; ten minutes take off 0.3 %."""
 
-MOMENT_DRIFT = 0.01
+_MOMENT_DRIFT = 0.01
 """Drift of a moment over that of a force [m]: as the ranges of such a sensor, 0.25 N m and 25 N."""
 
-PULL_RISE_TIME = 0.3
+_PULL_RISE_TIME = 0.3
 """Time in which the pull rises to its first value, and falls at the end [s]."""
 
-PULL_REST_TIME = 0.2
+_PULL_REST_TIME = 0.2
 """Time from then until the pull grows [s]."""
 
-PULL_HOLD_TIME = 0.5
+_PULL_HOLD_TIME = 0.5
 """Time for which the whole pull is held [s]."""
 
-UPRIGHT: Matrix = ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
+_UPRIGHT_ROTATION: Matrix = ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
 """Rotation of a lying cylinder's axis, x, to z."""
 
 
@@ -76,13 +76,13 @@ class PullTimes:
     @classmethod
     def of(cls, config: GraspConfig, begin: float) -> "PullTimes":
         """Return the times of a pull that begins at a time [s]."""
-        grows = begin + PULL_RISE_TIME + PULL_REST_TIME
-        return cls(begin, grows, grows + config.rising + PULL_HOLD_TIME)
+        grows = begin + _PULL_RISE_TIME + _PULL_REST_TIME
+        return cls(begin, grows, grows + config.rising + _PULL_HOLD_TIME)
 
     @property
     def gone(self) -> float:
         """Time from which nothing pulls any more [s]."""
-        return self.end + PULL_RISE_TIME
+        return self.end + _PULL_RISE_TIME
 
 
 def _load(config: GraspConfig, times: PullTimes) -> ObjectLoad | None:
@@ -99,13 +99,13 @@ def _load(config: GraspConfig, times: PullTimes) -> ObjectLoad | None:
     else:
         largest = config.largest_pull
         growth = RampLoad(ZERO, (0.0, 0.0, config.pull_before - largest), times.grows, config.rising, at)
-    before = RampLoad(ZERO, (0.0, 0.0, -config.pull_before), times.begin, PULL_RISE_TIME, at)
-    away = RampLoad(ZERO, (0.0, 0.0, largest), times.end, PULL_RISE_TIME, at)
+    before = RampLoad(ZERO, (0.0, 0.0, -config.pull_before), times.begin, _PULL_RISE_TIME, at)
+    away = RampLoad(ZERO, (0.0, 0.0, largest), times.end, _PULL_RISE_TIME, at)
     return SumOfLoads((before, growth, away))
 
 
 def _pose(config: GraspConfig) -> Pose:
-    return Pose(ZERO, UPRIGHT) if config.object == "cylinder" else Pose()
+    return Pose(ZERO, _UPRIGHT_ROTATION) if config.object == "cylinder" else Pose()
 
 
 def task_of(config: GraspConfig, hand: HandDescription, times: PullTimes) -> HandTask:
@@ -128,7 +128,7 @@ def task_of(config: GraspConfig, hand: HandDescription, times: PullTimes) -> Han
         spin_length=true.spin_length,
         load_exponent=true.load_exponent,
         norm_exponent=true.norm_exponent,
-        stiffness=BRISTLE_STIFFNESS,
+        stiffness=_BRISTLE_STIFFNESS,
     )
     return HandTask(
         hand.geometry,
@@ -146,15 +146,15 @@ def task_of(config: GraspConfig, hand: HandDescription, times: PullTimes) -> Han
 def sensor_of(config: GraspConfig) -> SeededSensor:
     """Return the simulated sensor behind each fingertip: of the Nano17's class, with noise and drift."""
     signs = np.random.default_rng((config.seed, 7)).choice([-1.0, 1.0], 6)
-    rates = np.array(alike(config.drift_rate, MOMENT_DRIFT * config.drift_rate))
-    a, b, c, d, e, f = (signs * rates * SLOW_WARM_UP.time_constant / SLOW_WARM_UP.rise).tolist()
+    rates = np.array(alike(config.drift_rate, _MOMENT_DRIFT * config.drift_rate))
+    a, b, c, d, e, f = (signs * rates * _SLOW_WARM_UP.time_constant / _SLOW_WARM_UP.rise).tolist()
     model = SensorModel(
         name="Nano17 SI-25-0.25, calibrated",
-        rated=SENSOR_RANGE,
-        thermal_drift=ThermalDrift((a, b, c, d, e, f), SLOW_WARM_UP) if config.drift else None,
+        rated=_SENSOR_RANGE,
+        thermal_drift=ThermalDrift((a, b, c, d, e, f), _SLOW_WARM_UP) if config.drift else None,
         noise=WhiteNoise(alike(config.force_noise, config.moment_noise)),
-        quantisation=Quantisation(SENSOR_STEP),
-        saturation=Saturation(SENSOR_RANGE),
+        quantisation=Quantisation(_SENSOR_STEP),
+        saturation=Saturation(_SENSOR_RANGE),
         clock=SampleClock(NET_BOX_RATE),
         latency=NET_BOX_LATENCY,
     )
@@ -193,7 +193,7 @@ def config_on(config: GraspConfig, hand: HandDescription) -> GraspConfig:
     """Return the options for a hand: on a real one, without those that only a simulated hand can follow.
 
     Raises:
-        InvalidValueError: If such an option was given, or nothing tells the friction of a real object.
+        InvalidValueError: If such an option was given, or the friction of a real object is not given.
     """
     if hand.robot is None or not hand.real:
         return config
@@ -232,7 +232,7 @@ def config_on(config: GraspConfig, hand: HandDescription) -> GraspConfig:
 def wander_of(config: GraspConfig, hand: HandDescription) -> ZeroWander:
     """Return how fast a sensor's zero may wander: as simulated, or by the robot file of the worst finger."""
     if hand.robot is None or not hand.real:
-        return ZeroWander(config.drift_rate, MOMENT_DRIFT * config.drift_rate)
+        return ZeroWander(config.drift_rate, _MOMENT_DRIFT * config.drift_rate)
     rates = [wander_of_finger(hand.robot, i) for i in range(config.fingers)]
     return ZeroWander(max(force for force, _ in rates), max(moment for _, moment in rates))
 

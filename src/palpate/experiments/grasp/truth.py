@@ -65,7 +65,7 @@ class GraspTruth:
         spin: Spin since the pull began, shape (n, k) [rad].
         command: Commanded grip, shape (n, k) [N]; NaN without a command.
         target: Planned grip, without correction, shape (n,) [N].
-        pull: Load on the object besides fingers and weight, about its origin, shape (n, 6) [N, N m].
+        pull: Other load on the object than fingers and weight, about its origin, shape (n, 6) [N, N m].
         height: Height of the object's origin, on a robot that of the hand, shape (n,) [m].
         clearance: Height of the object's lowest point above the table, shape (n,) [m]; 0 or less: it touches.
         slid: Slip since the lift began, shape (n, k) [m].

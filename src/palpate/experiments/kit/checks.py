@@ -1,10 +1,13 @@
-"""Checks of options and of requested forces, speeds and changes; imports nothing heavy.
+"""Checks of options, of requested forces, speeds and changes, and of output files; imports nothing heavy.
 
 An error names the option with its value, the bound, and the remedy.
 """
 
 import math
+import os
 from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING
 
 from palpate.errors import InvalidValueError, not_negative, positive
@@ -14,19 +17,19 @@ if TYPE_CHECKING:
     from palpate.runtime import Limits
     from palpate.runtime.live import LiveParameters
 
-MAX_LENGTH = 2.0
+_MAX_LENGTH = 2.0
 """Largest length of object, fingertip and raster [m]: robots reach 1 m in each direction."""
 
-MAX_PERIOD = 8e-3
+_MAX_PERIOD = 8e-3
 """Longest control period [s]: at 125 Hz a stage explores as well as at 1 kHz; at lower rates, it lands hard."""
 
 MAX_SEED = 2**63 - 1
 """Largest whole number that a configuration file keeps exactly."""
 
-MAX_FRICTION = 10.0
+_MAX_FRICTION = 10.0
 """Largest simulated friction coefficient, as in friction files and libraries."""
 
-MAX_SPIN_LENGTH = 0.1
+_MAX_SPIN_LENGTH = 0.1
 """Largest simulated spin length [m]."""
 
 MIN_TOUCH_FORCE = 0.2
@@ -42,13 +45,13 @@ MIN_FORCE_PER_TOUCH_FORCE = 1.5
 MAX_FORCE = 15.0
 """Largest set force [N]: beyond it, landing could reach the supervisor's limit of 20 N."""
 
-LANDING_SHARE = 0.75
+_LANDING_SHARE = 0.75
 """Largest set force over the robot's force limit: landing may exceed the set force."""
 
-SOFT_STIFFNESS = 1e3
+_SOFT_STIFFNESS = 1e3
 """Stiffness below which another unit was probably meant [N/m]: that of `palpate regulate --surface soft`."""
 
-ROUNDING = 1e-12
+_ROUNDING = 1e-12
 """Relative rounding error that a bound allows."""
 
 
@@ -77,7 +80,7 @@ def check_within(name: str, value: float, within: tuple[float, float], unit: str
     raise InvalidValueError(f"{given}: {allowed}{remark}")
 
 
-def check_length(name: str, length: float, largest: float = MAX_LENGTH) -> None:
+def check_length(name: str, length: float, largest: float = _MAX_LENGTH) -> None:
     """Refuse a length [m] that is not positive, or larger than `largest` [m].
 
     Raises:
@@ -142,8 +145,8 @@ def check_period(name: str, period: float) -> None:
     Raises:
         InvalidValueError: If the period is out of bounds.
     """
-    if positive(name, period, "s") > MAX_PERIOD:
-        raise InvalidValueError(f"{name} = {period:g} s: must be at most {MAX_PERIOD:g} s")
+    if positive(name, period, "s") > _MAX_PERIOD:
+        raise InvalidValueError(f"{name} = {period:g} s: must be at most {_MAX_PERIOD:g} s")
 
 
 def check_friction(name: str, friction: float) -> None:
@@ -152,9 +155,9 @@ def check_friction(name: str, friction: float) -> None:
     Raises:
         InvalidValueError: If the coefficient is out of bounds.
     """
-    if positive(name, friction, "") > MAX_FRICTION:
-        hint = f"; for {friction:g} % give {friction / 100.0:g}" if friction <= 100.0 * MAX_FRICTION else ""
-        raise InvalidValueError(f"{name} = {friction:g}: must be at most {MAX_FRICTION:g}{hint}")
+    if positive(name, friction, "") > _MAX_FRICTION:
+        hint = f"; for {friction:g} % give {friction / 100.0:g}" if friction <= 100.0 * _MAX_FRICTION else ""
+        raise InvalidValueError(f"{name} = {friction:g}: must be at most {_MAX_FRICTION:g}{hint}")
 
 
 def check_spin_length(name: str, spin_length: float) -> None:
@@ -163,7 +166,7 @@ def check_spin_length(name: str, spin_length: float) -> None:
     Raises:
         InvalidValueError: If the length is out of bounds.
     """
-    check_length(name, spin_length, MAX_SPIN_LENGTH)
+    check_length(name, spin_length, _MAX_SPIN_LENGTH)
 
 
 def check_force_noise(name: str, noise: float) -> None:
@@ -195,13 +198,13 @@ def check_compression(tip: Sequence[float], force: float, stiffness: float) -> N
         hint = f"; is the stiffness in another unit? For {stiffness:g} kN/m give --stiffness {1e3 * stiffness:g}"
         raise InvalidValueError(
             f"tip = {min(tip):g} m: must be larger than its compression at {force:g} N and {stiffness:g} N/m, "
-            f"{compression:.2g} m{hint if stiffness < SOFT_STIFFNESS else ''}"
+            f"{compression:.2g} m{hint if stiffness < _SOFT_STIFFNESS else ''}"
         )
 
 
 def max_set_force(limits: "Limits") -> float:
     """Return the largest set force for a robot's limits [N]."""
-    return min(MAX_FORCE, LANDING_SHARE * limits.force)
+    return min(MAX_FORCE, _LANDING_SHARE * limits.force)
 
 
 def check_force(force: float, greatest: float, limits: "Limits") -> None:
@@ -215,11 +218,11 @@ def check_force(force: float, greatest: float, limits: "Limits") -> None:
     Raises:
         InvalidValueError: If the limit could be exceeded.
     """
-    most = LANDING_SHARE * limits.force
-    if greatest > most * (1.0 + ROUNDING):
+    most = _LANDING_SHARE * limits.force
+    if greatest > most * (1.0 + _ROUNDING):
         goes = "" if greatest == force else f"the profile goes up to {greatest:g} N and "
         raise InvalidValueError(
-            f"force = {force:g} N: {goes}must be at most {most:g} N, {LANDING_SHARE:.0%} of the robot's limit of "
+            f"force = {force:g} N: {goes}must be at most {most:g} N, {_LANDING_SHARE:.0%} of the robot's limit of "
             f"{limits.force:g} N (limits.force_N in the robot file), for landing may exceed it"
         )
 
@@ -237,7 +240,7 @@ def check_least_force(option: str, least: float, touch_force: float, remedy: str
         InvalidValueError: If the force is too small.
     """
     bound = MIN_FORCE_PER_TOUCH_FORCE * touch_force
-    if least < bound * (1.0 - ROUNDING):
+    if least < bound * (1.0 - _ROUNDING):
         raise InvalidValueError(
             f"{option} must be at least {bound:.6g} N, {MIN_FORCE_PER_TOUCH_FORCE:g} times the touch threshold of "
             f"the robot's sensor; {remedy}"
@@ -299,3 +302,52 @@ def check_changes(changes: Sequence[tuple[float, str, float]], live: "LiveParame
             live.check(name, value)
         except InvalidValueError as error:
             raise InvalidValueError(f"change after {time:g} s: {error}") from None
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder before the work, so that no result is lost.
+
+    Raises:
+        InvalidValueError: If the folder cannot be made or written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder):  # with a unique name, or without one
+            pass
+    except OSError as error:
+        raise InvalidValueError(f"out = {folder}: {error.strerror}; choose another folder (--out)") from None
+
+
+def check_folder(folder: Path) -> None:
+    """Check that `make_folder` could make a folder, without making it.
+
+    Raises:
+        InvalidValueError: If the folder cannot be made or written.
+    """
+    present = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not present.is_dir():
+        raise InvalidValueError(f"out = {folder}: {present} is no folder; choose another folder (--out)")
+    if not os.access(present, os.W_OK | os.X_OK):
+        raise InvalidValueError(f"out = {folder}: {present} cannot be written; choose another folder (--out)")
+
+
+def check_file(file: Path, option: str | None = "out") -> None:
+    """Check that a file can be written, without writing it.
+
+    Args:
+        file: Path of the file.
+        option: Option that names another file; None for a file without one.
+
+    Raises:
+        InvalidValueError: If the file cannot be written.
+    """
+    name, typed = ("file", "") if option is None else (option, f" (--{option})")
+    folder = file.parent
+    if not folder.exists():
+        raise InvalidValueError(f"{name} = {file}: there is no such folder; make it, or choose another{typed}")
+    if not folder.is_dir():
+        raise InvalidValueError(f"{name} = {file}: {folder} is no folder; choose another{typed}")
+    if file.is_dir():
+        raise InvalidValueError(f"{name} = {file}: is a folder; name a file in it{typed}")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InvalidValueError(f"{name} = {file}: {folder} cannot be written; choose another folder{typed}")

@@ -55,28 +55,28 @@ MAX_LANDING_SPEED = 0.005
 MAX_LIFT_SPEED = 0.02
 """Largest speed of lifting, and of travelling above the object [m/s]."""
 
-LONGEST_DURATION = 4.0
+_LONGEST_DURATION = 4.0
 """Largest duration of a run over the expected one."""
 
 IDENTIFIED_TEXT = "identified.yaml"
 """Attachment of a log with the result of pressing."""
 
-PRESSED_SHARE = 0.5
+_PRESSED_SHARE = 0.5
 """Half of the force range of pressing, over the set force, where the force limit has room for it."""
 
-MAX_PRESSED_SHARE = 0.9
+_MAX_PRESSED_SHARE = 0.9
 """Largest force of pressing over the force limit: ramps turn a few periods after their upper force."""
 
-MIN_PRESSED_TOUCHES = 1.1
+_MIN_PRESSED_TOUCHES = 1.1
 """Smallest force of pressing over the touch threshold: a tip that lifts off measures nothing."""
 
-SWING_SHARE = 0.2
+_SWING_SHARE = 0.2
 """Amplitude of the sines of pressing over its force range."""
 
-MAX_PRESSING_TIME = 120.0
+_MAX_PRESSING_TIME = 120.0
 """Largest duration of pressing after the landing [s]; it takes about 30 s."""
 
-STEADY_DRIFT_TIME = 1e5
+_STEADY_DRIFT_TIME = 1e5
 """Time constant of the sensor's drift [s]: constant over a run."""
 
 
@@ -187,7 +187,7 @@ def sensor_model(
     if not drift:
         return model
     rate = drift / 60.0
-    warm_up = WarmUp(STEADY_DRIFT_TIME, STEADY_DRIFT_TIME)
+    warm_up = WarmUp(_STEADY_DRIFT_TIME, _STEADY_DRIFT_TIME)
     return replace(model, thermal_drift=ThermalDrift((0.0, 0.0, rate, lever * rate, 0.0, 0.0), warm_up))
 
 
@@ -199,7 +199,7 @@ class OneFingerPlan(PlanDefaults, ABC):
         setup: Robot over the object.
         config: Configuration; its `seed` is that of the sensor's noise.
         title: Title of dry run and view.
-        quantities: Quantities of a dry run, besides those of joints and limits.
+        quantities: Quantities of a dry run, without those of joints and limits.
         expected_duration: Expected duration of the run [s].
         longest_duration: Time after which the run is stopped [s].
         files: Names of the files that the experiment writes.
@@ -241,8 +241,8 @@ class OneFingerPlan(PlanDefaults, ABC):
             robot: Robot that carries the fingertip.
             control: Function from the plan to a fresh controller.
             force: Largest normal force [N].
-            speed: Speed of the tip along the object [m/s]; the limits leave room for force control besides, up to
-                an error as large as `force`.
+            speed: Speed of the tip along the object [m/s]; the limits also leave room for force control, up to an
+                error as large as `force`.
             stiffness: Stiffness of the contact [N/m].
             duration: Expected duration [s].
             title: Title of the run.
@@ -272,7 +272,7 @@ class OneFingerPlan(PlanDefaults, ABC):
             title=title,
             quantities=(Quantity("expected duration", duration, "s"), *quantities),
             expected_duration=duration,
-            longest_duration=LONGEST_DURATION * duration,
+            longest_duration=_LONGEST_DURATION * duration,
             files=files,
             control=control,
         )
@@ -517,12 +517,12 @@ class PressingPlan(OneFingerPlan):
     def pressing(self) -> IdentifyParameters:
         """Return the parameters of pressing."""
         force, limits = self.config.force, self.limits
-        high = min((1.0 + PRESSED_SHARE) * force, MAX_PRESSED_SHARE * limits.force)
-        low = max((1.0 - PRESSED_SHARE) * force, MIN_PRESSED_TOUCHES * self.ready.touch_force)
+        high = min((1.0 + _PRESSED_SHARE) * force, _MAX_PRESSED_SHARE * limits.force)
+        low = max((1.0 - _PRESSED_SHARE) * force, _MIN_PRESSED_TOUCHES * self.ready.touch_force)
         return IdentifyParameters(
             low=low,
             high=high,
-            swing=SWING_SHARE * (high - low),
+            swing=_SWING_SHARE * (high - low),
             sensing_delay=self.setup.sensing_delay,
             approach_distance=self.parameters.approach_distance,
             lift_speed=min(MAX_LIFT_SPEED, limits.commanded_speed),
@@ -539,7 +539,7 @@ class PressingPlan(OneFingerPlan):
         how = self.pressing()
         controller = IdentifyController(how, self.period)
         backend = build(self.robot, replace(self.setup.task, target=self.resting_target())).backend
-        longest = how.approach_distance / how.landing_speed + MAX_PRESSING_TIME
+        longest = how.approach_distance / how.landing_speed + _MAX_PRESSING_TIME
         result = run(backend, Touch(*self.fingers), controller, Supervisor(self.limits), duration=longest)
         try:
             found = controller.result()

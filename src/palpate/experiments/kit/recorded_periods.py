@@ -22,7 +22,7 @@ from palpate.sim.contact_truth import FORCE, HELD_POSITION, OBJECT_POSITION, POS
 BESIDE_A_LOG = 2**16
 """Number of periods kept in memory beside a log, a minute at 1 kHz; the others are read from the log."""
 
-AT_ONCE = 2**16
+_AT_ONCE = 2**16
 """Largest number of periods in a piece."""
 
 
@@ -125,7 +125,7 @@ class RecordedPeriods:
         with LogReader(self.log) as reader:
             held: list[FloatArray] = []
             for piece in reader.pieces():
-                if held and sum(map(len, held)) + len(piece.values) > AT_ONCE:
+                if held and sum(map(len, held)) + len(piece.values) > _AT_ONCE:
                     yield Periods(reader.codec, np.concatenate(held))
                     held = []
                 held.append(piece.values)

@@ -6,6 +6,7 @@ from datetime import datetime
 from pathlib import Path
 
 from palpate.errors import InvalidValueError
+from palpate.experiments.kit.checks import make_folder
 from palpate.experiments.kit.config_file import (
     EXPERIMENT_TEXT,
     VERSIONS_TEXT,
@@ -16,7 +17,6 @@ from palpate.experiments.kit.config_file import (
 )
 from palpate.experiments.kit.experiment import Experiment, Plan, Result
 from palpate.experiments.kit.options import lasting
-from palpate.experiments.kit.output_folder import make_folder
 from palpate.experiments.kit.registry import experiment_named, reference_to
 from palpate.extras import MissingLibraryError
 from palpate.reporting.data import FigureKind

@@ -139,7 +139,7 @@ def run_report(experiment: Experiment, plan: Plan, result: Result) -> "Report":
 
 
 def repeat_commands(name: str, config: "DataclassInstance", result: RunResult) -> tuple[tuple[str, str], ...]:
-    """Return descriptions and commands of what can be done again with a run.
+    """Return descriptions and commands that repeat, show or compare a run.
 
     Args:
         name: Name of the experiment.

@@ -1,4 +1,4 @@
-"""Simulated scenes of experiments: how a log keeps a scene file, and what a view shows of a scene."""
+"""Simulated scenes of experiments: their files in a log, and their view."""
 
 from collections.abc import Mapping
 from typing import TypeVar
@@ -25,7 +25,7 @@ SCENE_TEXT = "scene.xml"
 SCENE_FILES_TEXT = "scene-files.json"
 """Attachment of a log with the files that the scene refers to: path and content in base64."""
 
-COLOURS = {
+_COLOURS = {
     Role.TIP: (230, 159, 0),
     Role.OBJECT: (86, 180, 233),
     Role.MACHINE: (150, 156, 164),
@@ -33,7 +33,7 @@ COLOURS = {
 }
 """RGB, of the palette of Okabe and Ito, and greys; an object with a colour of its own keeps its colour."""
 
-OPACITY = {Role.TIP: 0.6, Role.OBJECT: 0.35, Role.MACHINE: 1.0, Role.GROUND: 1.0}
+_OPACITY = {Role.TIP: 0.6, Role.OBJECT: 0.35, Role.MACHINE: 1.0, Role.GROUND: 1.0}
 """Opacity of tip and object leaves contact and map visible behind them."""
 
 _Kind = TypeVar("_Kind", bound=SceneFile)
@@ -71,7 +71,7 @@ def scene_view(
     Args:
         title: Title of the view.
         model: Scene with a tip or a hand.
-        map_spacing: As in `ViewScene`.
+        map_spacing: Distance below which points of the map are merged [m], as in `ViewScene`.
         motions: Motions of driven joints, by name; for a `MovingTarget` of name n, `n_0`, `n_1`, ...
 
     Raises:
@@ -92,7 +92,7 @@ def scene_view(
 
 
 def _part(shape: Shape, pose: Pose) -> Part:
-    colour, opacity = COLOURS[shape.role], OPACITY[shape.role]
+    colour, opacity = _COLOURS[shape.role], _OPACITY[shape.role]
     if shape.role is Role.OBJECT and shape.colour != DEFAULT_COLOUR:
         red, green, blue = (round(255.0 * channel) for channel in shape.colour[:3])
         colour, opacity = (red, green, blue), opacity * shape.colour[3]

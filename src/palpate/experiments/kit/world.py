@@ -10,8 +10,8 @@ from palpate.errors import not_negative, vector
 from palpate.runtime import Backend, FingerDescription, Limits
 from palpate.spatial import ZERO, Vector
 
-GROUP = "palpate.worlds"
-"""Of entry points."""
+_WORLD_GROUP = "palpate.worlds"
+"""Group of entry points that name a `WorldMaker`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,11 +19,11 @@ class World:
     """A robot that stands ready.
 
     Attributes:
-        backend: The robot; anything that keeps to the Protocol.
-        finger: For touch.
-        limits: For the supervisor, which is always on.
-        approach: Velocity with which a reset brings the tip to the surface, base frame [m/s]; zero: not at all.
-        farthest: Longest approach [m]; if it has met nothing by then, the episode begins there.
+        backend: Back end of the robot.
+        finger: Finger for touch.
+        limits: Limits for the supervisor, which is always on.
+        approach: Velocity with which a reset brings the tip to the surface, base frame [m/s]; zero for none.
+        farthest: Longest approach [m]; without contact, the episode begins at its end.
     """
 
     backend: Backend
@@ -43,10 +43,10 @@ class WorldMaker(Protocol):
     def __call__(self, rng: np.random.Generator) -> World:
         """Return a world.
 
-        The back end may be that of the episode before, which is then started again; another one is closed first.
+        The back end may be that of the previous episode, which is then started again; another one is closed first.
 
         Args:
-            rng: All that is drawn is drawn from it, so that a seed gives the same episodes again.
+            rng: Source of all random numbers, so that a seed repeats the episodes.
         """
         ...
 
@@ -56,4 +56,4 @@ def usual_worlds() -> WorldMaker:
 
     Entry points of the group `palpate.worlds` name what makes a `WorldMaker`.
     """
-    return cast("WorldMaker", next(iter(entry_points(group=GROUP))).load()())
+    return cast("WorldMaker", next(iter(entry_points(group=_WORLD_GROUP))).load()())

@@ -30,7 +30,7 @@ _COLUMNS = 4
 _MAX_NUMBER = RANGES["s"].most
 """Largest absolute value of times [s] and coordinates."""
 
-MAX_EXTENT = 1.8 * LARGEST_MOTION
+_MAX_EXTENT = 1.8 * LARGEST_MOTION
 """Largest distance along x or y from the begin of a motion from a file [m]: the plate ends after 0.1 m."""
 
 _STEP, _MAX_STEPS = 0.01, 20_000
@@ -166,10 +166,10 @@ def check_motion(
     check_acceleration(
         f"{file} largest acceleration", acceleration, limits, "turn and start more slowly in the file"
     )
-    if motion.farthest > MAX_EXTENT:
+    if motion.farthest > _MAX_EXTENT:
         raise InvalidValueError(
             f"motion_file = {config.motion_file}: it goes {motion.farthest:.3g} m away from where it begins: "
-            f"must be at most {MAX_EXTENT:g} m, or the tip would leave the plate; metres are meant"
+            f"must be at most {_MAX_EXTENT:g} m, or the tip would leave the plate; metres are meant"
         )
 
 

@@ -49,32 +49,32 @@ from palpate.robots.task import RobotInScene
 from palpate.runtime import Limits
 from palpate.sim import SceneTarget, Target
 
-PUSH_SHARE = 1.25
+_PUSH_SHARE = 1.25
 """Largest force of a push by the model of landing, over the force limit. A dead sensor is noticed later than one
 that shows the limit: with this share all dead sensors kept to 1.5 (`benchmarks/wire dead`)."""
 
-LANDING_SPEED_ON_MOTION = 0.0005
+_LANDING_SPEED_ON_MOTION = 0.0005
 """Landing speed on a surface that goes up and down [m/s]. The surface is then met less than a landing speed times
 its period below its turning point, where it is slow. With 10 mm and 20 mm/s the peak is 7 N; at 4 mm/s, 15 N."""
 
 FORCES_FILE = "forces.csv"
 """Set, felt and true force over time."""
 
-LIFT_DISTANCE = 0.005
+_LIFT_DISTANCE = 0.005
 """Distance of lifting from a surface that stands still [m]."""
 
-SEARCH_DEPTH = 0.005
+_SEARCH_DEPTH = 0.005
 """Depth of the search below the lowest place of the surface [m]."""
 
-STEP_IN_DELAYS = 1.5
+_STEP_IN_DELAYS = 1.5
 """Time constant of steps of the set force, in delays of force control, while the stiffness is only assumed. The
 overshoot stays below 10 % for a contact three times as stiff or as soft: on stage and UR5e it is at most 7 % from
 2 to 100 kN/m; with one delay it would be 15 %."""
 
-MIN_SETTLE_TIME, MAX_SETTLE_TIME = 0.5, 2.0
+_MIN_SETTLE_TIME, _MAX_SETTLE_TIME = 0.5, 2.0
 """Bounds on the settling time [s]."""
 
-SETTLED_AFTER = 4.0
+_SETTLED_AFTER = 4.0
 """Settling time in time constants of force control. The set force is led in over half of it: a contact three times
 as stiff as assumed is pressed too hard by at most a third of the change meanwhile."""
 
@@ -177,13 +177,13 @@ def plan_regulation(config: RegulateConfig, robot: Robot, attachments: Mapping[s
         # as far as the whole profile may be moved
         (config.force - config.least + least, config.force - config.greatest + highest),
         damping_time=contact.surface_damping_time,
-        step_time=STEP_IN_DELAYS * delay,
+        step_time=_STEP_IN_DELAYS * delay,
         settle_time=_settle_time(gain),
         axis=(config.axis[0], config.axis[1], config.axis[2]) if config.axis else None,
         landing_speed=landing_speed,
-        approach_distance=CLEARANCE + depth_of(target) + travel + SEARCH_DEPTH,
+        approach_distance=CLEARANCE + depth_of(target) + travel + _SEARCH_DEPTH,
         # out of reach of what comes after it
-        lift_distance=LIFT_DISTANCE + travel,
+        lift_distance=_LIFT_DISTANCE + travel,
         lift_speed=lift_speed + (config.surface_speed if sine else 0.0),
         fastest_push=min(push, setup.limits.commanded_speed),
     )
@@ -270,14 +270,14 @@ def _push_speed(config: RegulateConfig, along: float, limits: Limits, landing: L
     """
     if config.surface == "sine":
         return FASTEST_SURFACE
-    harmless = landing.fastest(limits.force, PUSH_SHARE * limits.force)
+    harmless = landing.fastest(limits.force, _PUSH_SHARE * limits.force)
     return min(FASTEST_SURFACE, math.sqrt(max(harmless**2 - along**2, MAX_LANDING_SPEED**2)))
 
 
 def _landing_speed(config: RegulateConfig, model: LandingModel, ready: RobotInScene) -> float:
     """Return the landing speed where none is given [m/s]."""
     speed = min(model.speed(config.force, min(ready.touch_force, 0.5 * config.force)), MAX_LANDING_SPEED)
-    return min(speed, LANDING_SPEED_ON_MOTION) if config.surface == "sine" else speed
+    return min(speed, _LANDING_SPEED_ON_MOTION) if config.surface == "sine" else speed
 
 
 def _check_meeting(config: RegulateConfig, model: LandingModel, landing_speed: float, limits: Limits) -> None:
@@ -302,4 +302,4 @@ def _check_meeting(config: RegulateConfig, model: LandingModel, landing_speed: f
 
 def _settle_time(gain: ForceGain) -> float:
     """Return the time from touching to the profile's beginning [s]: some time constants 1 / (k K) of feedback."""
-    return min(max(MIN_SETTLE_TIME, SETTLED_AFTER / (gain.gain * gain.stiffness)), MAX_SETTLE_TIME)
+    return min(max(_MIN_SETTLE_TIME, _SETTLED_AFTER / (gain.gain * gain.stiffness)), _MAX_SETTLE_TIME)

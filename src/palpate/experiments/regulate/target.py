@@ -40,21 +40,21 @@ from palpate.sim.presets import EXPLORE
 from palpate.sim.scene import OBJECT_GEOM
 from palpate.spatial import Vector
 
-PLATE_SIZE = (0.2, 0.2, 0.04)
+_PLATE_SIZE = (0.2, 0.2, 0.04)
 """Length, width and height of the plate [m]."""
 
-SPHERE_RADIUS = 0.04
+_SPHERE_RADIUS = 0.04
 """Radius of the sphere [m]."""
 
-UP: Vector = (0.0, 0.0, 1.0)
+_UP: Vector = (0.0, 0.0, 1.0)
 
-MISSING_HEIGHT = -0.5
+_MISSING_HEIGHT = -0.5
 """Height of a missing object [m], out of reach of the approach."""
 
-MIN_LEVER = 1e-4
+_MIN_LEVER = 1e-4
 """Smallest lever of a hinge [m], or vertical part of a slide, with which pressing moves a joint."""
 
-MIN_DAMPING = 1e-6
+_MIN_DAMPING = 1e-6
 """Smallest damping of a mount [N s/m]."""
 
 
@@ -74,7 +74,7 @@ def target_of(config: RegulateConfig, attachments: Mapping[str, str], *, at_rest
         kept = SCENE_TEXT in attachments
         scene = attached_scene(attachments, SceneFile) if kept else SceneFile.read(config.file)
         return SceneTarget.of(scene, config.touch)
-    shape: SceneObject = Box(PLATE_SIZE) if config.object == "plate" else SphereObject(SPHERE_RADIUS)
+    shape: SceneObject = Box(_PLATE_SIZE) if config.object == "plate" else SphereObject(_SPHERE_RADIUS)
     if config.surface in ("still", "soft") or (at_rest and config.surface in ("sine", "leaving")):
         return StaticObject(shape)
     match config.surface:
@@ -87,13 +87,13 @@ def target_of(config: RegulateConfig, attachments: Mapping[str, str], *, at_rest
             frequency = config.surface_speed / (2.0 * math.pi * amplitude)
             # its highest point is where a still one would be; there it begins
             course = Sine(amplitude, frequency, math.pi / 2.0)
-            return MovingTarget(shape, [DrivenJoint(JointKind.SLIDE, UP, course)], (0.0, 0.0, -amplitude))
+            return MovingTarget(shape, [DrivenJoint(JointKind.SLIDE, _UP, course)], (0.0, 0.0, -amplitude))
         case "leaving":
             away = Ramp(-config.surface_speed, config.leave_time)
-            return MovingTarget(shape, [DrivenJoint(JointKind.SLIDE, UP, away)])
+            return MovingTarget(shape, [DrivenJoint(JointKind.SLIDE, _UP, away)])
     return ObjectBody(
         shape,
-        position=(0.0, 0.0, MISSING_HEIGHT),
+        position=(0.0, 0.0, _MISSING_HEIGHT),
         friction=config.friction,
         spin_length=config.spin_length,
         mount=Mount.FIXED,
@@ -166,8 +166,8 @@ def contact_model(config: RegulateConfig, ready: RobotInScene, target: Target) -
 def _joint_mounting(scene: Scene) -> SpringMounting | None:
     """Return the mount that one joint with a spring forms under vertical pressing at the origin.
 
-    A joint of stiffness k, damping d and inertia m whose motion raises the pressed point by J per unit is a mount
-    of k / J^2, d / J^2, m / J^2.
+    A joint of stiffness k, damping d and inertia m raises the pressed point by J per unit of its motion. Its mount
+    has k / J^2, d / J^2 and m / J^2.
 
     Returns:
         None for an object that stands still, or moves by several joints or one without a spring: then the gain is
@@ -180,12 +180,12 @@ def _joint_mounting(scene: Scene) -> SpringMounting | None:
     height = float(scene.target.shape.height(np.zeros(()), np.zeros(())))
     moved = np.zeros((3, model.nv))
     mujoco.mj_jac(model, data, moved, None, np.array([0.0, 0.0, height]), int(model.geom(OBJECT_GEOM).bodyid[0]))
-    dofs = np.flatnonzero(np.abs(moved[2]) > MIN_LEVER)
+    dofs = np.flatnonzero(np.abs(moved[2]) > _MIN_LEVER)
     if len(dofs) != 1:
         return None
     dof, squared = int(dofs[0]), float(moved[2, dofs[0]]) ** 2
     stiffness = float(np.ravel(model.jnt_stiffness[int(model.dof_jntid[dof])])[0])
     if stiffness <= 0.0:
         return None
-    damping = max(float(np.ravel(model.dof_damping[dof])[0]) / squared, MIN_DAMPING)
+    damping = max(float(np.ravel(model.dof_damping[dof])[0]) / squared, _MIN_DAMPING)
     return SpringMounting(stiffness / squared, damping, float(model.dof_M0[dof]) / squared)

@@ -20,17 +20,17 @@ def calibrate_tip(
     *,
     progress: bool = False,
 ) -> "TipCalibrationResult":
-    """Calibrate a fingertip, and return what was found.
+    """Calibrate a fingertip and return the result.
 
     Args:
-        config: How.
+        config: Options of the calibration.
         out: Folder for log, report and files; nothing is written if not given.
-        observers: Called every period with sample, observation and command.
-        progress: Whether a bar shows how far it has got, on a terminal or in a notebook.
+        observers: Functions of sample, observation and command, called every period.
+        progress: Whether a bar shows the progress, on a terminal or in a notebook.
 
     Raises:
-        InvalidValueError: It cannot be carried out, or what was felt tells nothing.
-        OSError: A file cannot be written.
+        InvalidValueError: If the calibration cannot be carried out, or its touches determine nothing.
+        OSError: If a file cannot be written.
     """
     from palpate.experiments.kit.script import perform
     from palpate.experiments.tip_calibration.experiment import CalibrateTip  # what runs is imported only now

@@ -39,7 +39,7 @@ from palpate.sim.objects.posed import PosedGeom
 from palpate.spatial import Vector, as_vector
 from palpate.surfaces import CompliantTip
 
-PLATE, ROD, BALL = "plate", "rod", "ball"
+_PLATE, _ROD, _BALL = "plate", "rod", "ball"
 
 PLATE_HALF = (0.03, 0.03, 0.005)
 """Half lengths of the simulated plate [m]."""
@@ -50,34 +50,34 @@ ROD_HALF = 0.025
 SPREAD = {TargetKind.PLANE: 0.015, TargetKind.LINE: 0.006, TargetKind.POINT: 0.0}
 """Largest distance of a touch from a target's place [m]: spread over plate and rod, to find their tilt."""
 
-UP: Vector = (0.0, 0.0, 1.0)
+_UP: Vector = (0.0, 0.0, 1.0)
 
-MAX_TURN = 0.6
+_MAX_TURN = 0.6
 """Largest tilt of the tip from upright [rad], of a robot that can turn it."""
 
-TILT_SD = 0.05
+_TILT_SD = 0.05
 """Standard deviation of directions that were estimated by eye [rad]."""
 
-MAX_DISPLACEMENT, MAX_TILT = 1.5e-3, math.radians(2.0)
+_MAX_DISPLACEMENT, _MAX_TILT = 1.5e-3, math.radians(2.0)
 """Largest displacement [m] and tilt [rad] of simulated targets."""
 
-POST_SHARE = 0.7
+_POST_SHARE = 0.7
 """Radius of the simulated posts, over that of rod and ball on them."""
 
-GROUND = -0.01
+_GROUND = -0.01
 """Height of the ground below the posts [m]."""
 
-SIMULATED_SHARE = 0.5
+_SIMULATED_SHARE = 0.5
 """Share of the indentation of a simulated tip: MuJoCo has contacts in the middle of the overlap."""
 
-INITIAL_EXPONENT = 2.5
+_INITIAL_EXPONENT = 2.5
 """Initial exponent of a superellipsoid that was not typed as one."""
 
-REAL_ARM_SD, SIMULATED_ARM_SD = 2e-5, 1e-6
+_REAL_ARM_SD, _SIMULATED_ARM_SD = 2e-5, 1e-6
 """Repeatability of an arm [m]: makers of small arms state 20 to 50 um, and at rest in one region they do better. A
 simulated arm is exact, but for the contact."""
 
-DELIVERED_ACCURACY = 0.01 / math.sqrt(3.0)
+_DELIVERED_ACCURACY = 0.01 / math.sqrt(3.0)
 """Standard deviation of the entries of a sensor's matrix, of a full load, where 1 % is the limit: makers claim 1
 to 2 % for all errors together (`palpate.sensing.ft.calibration`)."""
 
@@ -108,7 +108,7 @@ class KnownBefore:
             InvalidValueError: If touches cannot calibrate its kind of fingertip.
         """
         tip = typed_tip(config, robot)
-        turn = MAX_TURN if turns else 0.0
+        turn = _MAX_TURN if turns else 0.0
         return cls(tip, believed_targets(config), _instrument(robot), turn, config.forces)
 
     def fit(self, touches: Touches) -> TipFit:
@@ -141,7 +141,7 @@ def typed_tip(config: TipCalibrationConfig, robot: Robot) -> TypedTip:
     stiffness, exponent = config.stiffness, 1.0
     if isinstance(surface, CompliantTip):
         stiffness, exponent = surface.stiffness, surface.exponent
-    share = 1.0 if robot.file.backend.REAL else SIMULATED_SHARE
+    share = 1.0 if robot.file.backend.REAL else _SIMULATED_SHARE
     shape = tip_shape(surface) if config.shape is None else _shape_of(config.shape, kind.half_extents)
     return TypedTip(
         shape,
@@ -168,7 +168,7 @@ def _shape_of(name: str, half_extents: Sequence[float]) -> TipShape:
         case "capsule":
             return capsule_shape(0.5 * (x + y), 2.0 * z)
         case _:
-            return superellipsoid_shape((x, y, z), INITIAL_EXPONENT)
+            return superellipsoid_shape((x, y, z), _INITIAL_EXPONENT)
 
 
 def _instrument(robot: Robot) -> Instrument:
@@ -178,8 +178,8 @@ def _instrument(robot: Robot) -> Instrument:
     if sensor is not None:
         ranges = (*sensor.force_range, *sensor.moment_range)
     exact = simulated is not None and simulated.cross_talk is None
-    accuracy = 0.0 if exact or ranges is None else DELIVERED_ACCURACY
-    arm = SIMULATED_ARM_SD if simulated else REAL_ARM_SD
+    accuracy = 0.0 if exact or ranges is None else _DELIVERED_ACCURACY
+    arm = _SIMULATED_ARM_SD if simulated else _REAL_ARM_SD
     return Instrument(arm, (1.0,) * 6 if ranges is None else ranges, accuracy)
 
 
@@ -187,9 +187,9 @@ def believed_targets(config: TipCalibrationConfig) -> tuple[TouchTarget, ...]:
     """Return plate, rod and ball at their expected places."""
     sd = config.place_sd
     return (
-        TouchTarget(PLATE, TargetKind.PLANE, config.plate, UP, place_sd=sd, direction_sd=TILT_SD),
-        TouchTarget(ROD, TargetKind.LINE, config.rod, config.rod_direction, config.radii[0], sd, TILT_SD),
-        TouchTarget(BALL, TargetKind.POINT, config.ball, radius=config.radii[1], place_sd=sd),
+        TouchTarget(_PLATE, TargetKind.PLANE, config.plate, _UP, place_sd=sd, direction_sd=_TILT_SD),
+        TouchTarget(_ROD, TargetKind.LINE, config.rod, config.rod_direction, config.radii[0], sd, _TILT_SD),
+        TouchTarget(_BALL, TargetKind.POINT, config.ball, radius=config.radii[1], place_sd=sd),
     )
 
 
@@ -230,20 +230,20 @@ def simulated_bench(config: TipCalibrationConfig) -> FixedPieces:
 
 
 def _displaced(target: TouchTarget, rng: np.random.Generator) -> TouchTarget:
-    moved = np.array(target.place) + rng.uniform(-MAX_DISPLACEMENT, MAX_DISPLACEMENT, 3)
+    moved = np.array(target.place) + rng.uniform(-_MAX_DISPLACEMENT, _MAX_DISPLACEMENT, 3)
     axis = rng.normal(size=3)
-    turn = Rotation.from_rotvec(MAX_TILT * rng.uniform() * axis / np.linalg.norm(axis))
+    turn = Rotation.from_rotvec(_MAX_TILT * rng.uniform() * axis / np.linalg.norm(axis))
     direction = target.direction if target.kind is TargetKind.POINT else as_vector(turn.apply(target.unit))
     return TouchTarget(target.name, target.kind, as_vector(moved), direction, target.radius)
 
 
 def _post(top: FloatArray, radius: float) -> PosedGeom:
     """Return a thin post from the ground up to the middle of a target."""
-    half = 0.5 * (float(top[2]) - GROUND)
+    half = 0.5 * (float(top[2]) - _GROUND)
     if half <= 0.0:
-        raise InvalidValueError(f"rod, ball: z = {top[2]:g} m: must be above {GROUND:g} m in a simulation")
-    size = np.array([POST_SHARE * radius, half, 0.0])
-    middle = np.array([top[0], top[1], GROUND + half])
+        raise InvalidValueError(f"rod, ball: z = {top[2]:g} m: must be above {_GROUND:g} m in a simulation")
+    size = np.array([_POST_SHARE * radius, half, 0.0])
+    middle = np.array([top[0], top[1], _GROUND + half])
     return PosedGeom(mujoco.mjtGeom.mjGEOM_CYLINDER, size, middle, np.eye(3))
 
 

@@ -14,10 +14,10 @@ from palpate.sensing.tip_calibration.targets import across
 from palpate.sensing.tip_calibration.unknowns import TypedTip
 from palpate.spatial import Matrix, Vector, as_vector
 
-GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+_GOLDEN_RATIO = 0.5 * (5.0**0.5 - 1.0)
 """Golden ratio: fractional parts of its multiples are spread most evenly (van der Corput and Weyl)."""
 
-SPARE = 1e-3
+_SPARE_DISTANCE = 1e-3
 """Distance of the tip from targets beyond their uncertainty [m]."""
 
 
@@ -40,7 +40,7 @@ class Approach:
     @property
     def clearance(self) -> float:
         """Distance from the standoff to the expected surface [m]."""
-        return self.uncertain + SPARE
+        return self.uncertain + _SPARE_DISTANCE
 
     @property
     def search_distance(self) -> float:
@@ -86,7 +86,7 @@ def tip_points(tip: TypedTip, normals: FloatArray) -> FloatArray:
 def _spread(target: TouchTarget, number: int) -> FloatArray:
     """Return the offset of a touch along the flat directions of a target [m]."""
     reach, unit = SPREAD[target.kind], target.unit
-    share = np.array([(number + 0.5) * GOLDEN, (number + 0.5) * GOLDEN**2]) % 1.0
+    share = np.array([(number + 0.5) * _GOLDEN_RATIO, (number + 0.5) * _GOLDEN_RATIO**2]) % 1.0
     along, beside = 2.0 * reach * (share - 0.5)
     if target.kind is TargetKind.PLANE:
         return np.asarray(np.array([along, beside]) @ across(unit))
@@ -118,11 +118,11 @@ def first_touches(
 
 def _first(target: TouchTarget, turn: float) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Yield orientations and directions of touches, base frame."""
-    above = -target.unit if target.kind is TargetKind.PLANE else _across_line(target, DOWN)
-    for rotation in _rotations(FIRST_SHARE * turn)[: FIRST[target.kind]]:
+    above = -target.unit if target.kind is TargetKind.PLANE else _across_line(target, _DOWN)
+    for rotation in _rotations(_FIRST_TURN_SHARE * turn)[: _FIRST_COUNTS[target.kind]]:
         yield rotation, above
     if target.kind is not TargetKind.PLANE:
-        sides = (_across_line(target, np.array(side)) for side in SIDES)
+        sides = (_across_line(target, np.array(side)) for side in _SIDE_DIRECTIONS)
         for aside in sides:
             if aside.any():
                 yield np.eye(3), (aside + above) / np.linalg.norm(aside + above)
@@ -138,15 +138,15 @@ def _touching(
     return PlannedTouch(i, rotation, normal, force, position)
 
 
-DOWN = np.array([0.0, 0.0, -1.0])
+_DOWN = np.array([0.0, 0.0, -1.0])
 
-FIRST_SHARE = 0.7
+_FIRST_TURN_SHARE = 0.7
 """Turn of the first touches over the largest turn."""
 
-FIRST = {TargetKind.PLANE: 5, TargetKind.LINE: 3, TargetKind.POINT: 3}
+_FIRST_COUNTS = {TargetKind.PLANE: 5, TargetKind.LINE: 3, TargetKind.POINT: 3}
 """Number of first touches from above, each with the tip turned differently."""
 
-SIDES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, -1.0, 0.0))
+_SIDE_DIRECTIONS: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, -1.0, 0.0))
 """Further directions, combined with downwards, in which the tip presses on rod and ball."""
 
 

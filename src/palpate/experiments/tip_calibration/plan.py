@@ -20,12 +20,12 @@ from palpate.experiments.kit.checks import (
 from palpate.experiments.kit.one_finger import OneFingerPlan, Setup, sensor_model, touch_threshold
 from palpate.experiments.kit.recorded_run import Recorded, carry_out
 from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipCalibrationConfig
-from palpate.experiments.tip_calibration.felt import FeltTouches, felt_touches, joined_touches
-from palpate.experiments.tip_calibration.files import FILE_NAMES
+from palpate.experiments.tip_calibration.findings import FILE_NAMES
+from palpate.experiments.tip_calibration.found_tip import TipErrors, true_tip
 from palpate.experiments.tip_calibration.known import KnownBefore, simulated_bench
 from palpate.experiments.tip_calibration.places import Approach, first_touches
+from palpate.experiments.tip_calibration.touches import FeltTouches, felt_touches, joined_touches
 from palpate.experiments.tip_calibration.touches_csv import read_touches, touches_text
-from palpate.experiments.tip_calibration.unknown_tip import TipErrors, true_tip
 from palpate.reporting.data import Quantity
 from palpate.robots.fingertip import fingertip
 from palpate.robots.robot import Robot
@@ -37,43 +37,43 @@ from palpate.sim import SeededSensor
 from palpate.sim.presets import EXPLORE
 from palpate.spatial import as_vector
 
-ROOM = 0.03
+_ROOM = 0.03
 """Distance beyond the places of the touches that the supervisor allows [m]."""
 
-TOUCH_SHARE = 0.2
+_TOUCH_SHARE = 0.2
 """Touch threshold over the smallest force of a touch."""
 
-START_HEIGHT = 0.02
+_START_HEIGHT = 0.02
 """Height of the tip above the bench at the start [m]."""
 
-MAX_TRAVEL_SPEED, MAX_TOUCH_LANDING_SPEED = 0.06, 0.004
+_MAX_TRAVEL_SPEED, _MAX_TOUCH_LANDING_SPEED = 0.06, 0.004
 """Largest speeds of travelling and landing [m/s]."""
 
-MAX_TURNING_SPEED = 0.6
+_MAX_TURNING_SPEED = 0.6
 """Largest angular speed [rad/s]; half of the supervisor's limit if that is less."""
 
-PLACE_SDS = 3.0
+_PLACE_SDS = 3.0
 """Search distance in standard deviations of a target's place."""
 
-TIP_ERROR = 2e-3
+_TIP_ERROR = 2e-3
 """Largest distance of a typed tip's surface from the real one [m]."""
 
-LOCATED_ERROR = 6e-4
+_LOCATED_ERROR = 6e-4
 """Largest distance of a target's surface from its estimate after the first touches [m]."""
 
-STIFFNESS_FACTOR = 2.0
+_STIFFNESS_FACTOR = 2.0
 """Stiffness that landing and force control allow for, over the typed one: the stiffness is sought."""
 
-LONGEST_DURATION = 2.5
+_LONGEST_DURATION = 2.5
 """Largest duration of a run over the expected one."""
 
-ROUNDS = 3
+_ROUNDS = 3
 """Rounds in which touches of the targets alternate, so that slow changes are not taken for a target's."""
 
-MOTION_END = 0.8
+_MOTION_END = 0.8
 """Time that the end of each motion adds [s]."""
 
-MILLI = 1e3
+_MILLI = 1e3
 """mm per m."""
 
 
@@ -163,7 +163,7 @@ class TipPlan(OneFingerPlan):
         fit = self.known.fit(first)
         left = max(self.config.touch_count - len(self.steps), 1)
         planned = _in_rounds(self.known.telling(left, fit), len(self.known.targets))
-        approach = Approach(fit.unknowns.tip, _located_targets(fit), LOCATED_ERROR, self.config.forces)
+        approach = Approach(fit.unknowns.tip, _located_targets(fit), _LOCATED_ERROR, self.config.forces)
         steps = approach.steps(planned)
         # with the places of the first touches, between which the robot starts again
         limits = _workspace_limits(self.robot.file.limits, self.limits, (*self.steps, *steps))
@@ -173,7 +173,7 @@ class TipPlan(OneFingerPlan):
             self,
             setup=replace(self.setup, limits=limits),
             expected_duration=duration,
-            longest_duration=LONGEST_DURATION * duration + 10.0,
+            longest_duration=_LONGEST_DURATION * duration + 10.0,
             planned=planned,
             steps=steps,
             parameters=parameters,
@@ -199,19 +199,19 @@ def plan_touches(config: TipCalibrationConfig, robot: Robot, attachments: Mappin
     known = KnownBefore.of(config, robot, turns=setup.turns)
     option = f"forces: the least is {min(forces):g} N and"
     check_least_force(option, min(forces), setup.ready.touch_force, "press more")
-    landing = setup.ready.landing_model(STIFFNESS_FACTOR * config.stiffness)
-    travel = min(MAX_TRAVEL_SPEED, landing.fastest(own.force, own.largest_impact))
+    landing = setup.ready.landing_model(_STIFFNESS_FACTOR * config.stiffness)
+    travel = min(_MAX_TRAVEL_SPEED, landing.fastest(own.force, own.largest_impact))
     setup = setup.allowing(f"travel at {travel:g} m/s", travel, landing)
     check_acceleration("the acceleration of travelling", ACCELERATION, own, "raise the limit")
-    approach = Approach(known.tip, known.targets, PLACE_SDS * config.place_sd + TIP_ERROR, forces)
+    approach = Approach(known.tip, known.targets, _PLACE_SDS * config.place_sd + _TIP_ERROR, forces)
     planned = first_touches(known.tip, known.targets, max(forces), known.turn)
     steps = approach.steps(planned)
-    turning = min(MAX_TURNING_SPEED, 0.5 * own.angular_speed) if known.turn else 0.0
+    turning = min(_MAX_TURNING_SPEED, 0.5 * own.angular_speed) if known.turn else 0.0
     parameters = TouchParameters(
         force_gain(landing.stiffness, landing.delay),
         PoseMotionLimits.stable(travel, turning, ACCELERATION, setup.lead),
         approach.search_distance,
-        landing_speed=min(MAX_TOUCH_LANDING_SPEED, landing.speed(min(forces), setup.ready.touch_force)),
+        landing_speed=min(_MAX_TOUCH_LANDING_SPEED, landing.speed(min(forces), setup.ready.touch_force)),
     )
     duration = _duration(parameters, steps)
     still = () if known.turn else ("This robot does not turn its tip: fewer touches tell its orientation.",)
@@ -221,7 +221,7 @@ def plan_touches(config: TipCalibrationConfig, robot: Robot, attachments: Mappin
         title="Calibration of a fingertip by touches",
         quantities=_quantities(config, parameters, known.turn, len(steps), duration),
         expected_duration=duration,
-        longest_duration=LONGEST_DURATION * duration + 10.0,
+        longest_duration=_LONGEST_DURATION * duration + 10.0,
         files=FILE_NAMES,
         notes=still,
         known=known,
@@ -244,9 +244,9 @@ def _quantities(
         Quantity("expected duration", whole, "s", "all touches"),
         Quantity("forces", len(forces), "", ", ".join(f"{each:g} N" for each in forces)),
         Quantity("greatest force asked for", max(forces), "N"),
-        Quantity("landing speed", MILLI * parameters.landing_speed, "mm/s"),
-        Quantity("travel speed", MILLI * parameters.travel.speed, "mm/s"),
-        Quantity("search distance", MILLI * parameters.search_distance, "mm", "of the first touches"),
+        Quantity("landing speed", _MILLI * parameters.landing_speed, "mm/s"),
+        Quantity("travel speed", _MILLI * parameters.travel.speed, "mm/s"),
+        Quantity("search distance", _MILLI * parameters.search_distance, "mm", "of the first touches"),
         Quantity("turn of the tip, largest", turn, "rad"),
         Quantity("phase margin of pressing", margin, "deg", "at the typed stiffness"),
     )
@@ -276,13 +276,13 @@ def _setup(config: TipCalibrationConfig, robot: Robot) -> Setup:
         compression=0.5 * max(config.forces) / config.stiffness,
         target=target,
         law=replace(EXPLORE.law, stiffness=stiffness, friction=config.friction, spin_length=config.spin_length),
-        start=(-x, -y, target.top + reach + START_HEIGHT),
+        start=(-x, -y, target.top + reach + _START_HEIGHT),
         period=robot.file.period,
         sensor=SeededSensor(model, config.seed),
         touch_force=touch_threshold(model),
         believed=typed,
     )
-    return Setup.build(_insensitive_to_drift(robot, TOUCH_SHARE * min(config.forces)), task, config.stiffness)
+    return Setup.build(_insensitive_to_drift(robot, _TOUCH_SHARE * min(config.forces)), task, config.stiffness)
 
 
 def _insensitive_to_drift(robot: Robot, touch_force: float) -> Robot:
@@ -323,7 +323,7 @@ def _workspace_limits(robot: Limits, limits: Limits, steps: Sequence[TouchStep])
                 f"the robot's workspace, {least[axis]:g} to {most[axis]:g} m (limits.workspace_lower_m, "
                 "workspace_upper_m in the robot file); put plate, rod and ball elsewhere"
             )
-    lower, upper = np.maximum(low - ROOM, least), np.minimum(high + ROOM, most)
+    lower, upper = np.maximum(low - _ROOM, least), np.minimum(high + _ROOM, most)
     return msgspec.structs.replace(limits, workspace_lower=as_vector(lower), workspace_upper=as_vector(upper))
 
 
@@ -340,9 +340,9 @@ def _in_rounds(touches: Sequence[PlannedTouch], targets: int) -> tuple[PlannedTo
     """Return touches target by target, in several rounds."""
     by_target = [[each for each in touches if each.target == i] for i in range(targets)]
     found: list[PlannedTouch] = []
-    for turn in range(ROUNDS):
+    for turn in range(_ROUNDS):
         for each in by_target:
-            size = -(-len(each) // ROUNDS)
+            size = -(-len(each) // _ROUNDS)
             found += each[turn * size : (turn + 1) * size]
     return tuple(found)
 
@@ -354,7 +354,7 @@ def _duration(parameters: TouchParameters, steps: Sequence[TouchStep]) -> float:
         high = max(before.height, step.height)
         across = float(np.linalg.norm(np.subtract(before.standoff[:2], step.standoff[:2])))
         length = 2.0 * high - before.standoff[2] - step.standoff[2] + across
-        total += length / travel.speed + 3.0 * MOTION_END
+        total += length / travel.speed + 3.0 * _MOTION_END
     at_forces = parameters.air_time + parameters.settle_time + parameters.rest_time + parameters.hold_time
     each = (
         0.5 * parameters.search_distance * (1.0 / parameters.landing_speed + 1.0 / travel.speed)

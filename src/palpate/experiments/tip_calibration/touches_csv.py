@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from palpate.bounded_file import read_text
 from palpate.csv_table import BOUNDS, NumberTable, number_in, read_csv_table, short
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.tip_calibration.felt import LEAST_SD
+from palpate.experiments.tip_calibration.touches import MIN_WRENCH_SD
 from palpate.sensing.tip_calibration import PlannedTouch, TargetKind, Touches, TouchTarget
 
 PLACE = ("x_m", "y_m", "z_m")
@@ -106,7 +106,7 @@ def read_touches(text: str, name: str, targets: Sequence[TouchTarget]) -> Touche
         Touches(
             of_row,
             _columns(table, factors, WRENCH),
-            np.maximum(sd, LEAST_SD),
+            np.maximum(sd, MIN_WRENCH_SD),
             Rotation.from_quat(np.column_stack([x, y, z, w])).as_matrix(),
             _columns(table, factors, PLACE),
             time,
