@@ -63,7 +63,7 @@ class PressingOptions(FingerOptions):
     """File that describes the object."""
     touch: str = option("", fixed=TOUCHED, of=("object", ("scene",)))
     """scene: the geom to touch, or a body with one geom that collides. Left out: the only such geom there is."""
-    force: float = option(2.0, "N", bound="positive")
+    force: float = option(2.0, "N")
     """Normal force to hold [N]."""
     identify: bool = option(False, fixed="the log keeps what pressing has found")
     """Press first, for half a minute, to find stiffness and delay of contact and robot, and compute the gain from

@@ -99,7 +99,7 @@ class RegulateConfig(PressingOptions, DriftOptions):
     profile: ProfileName = option("constant")
     """Profile of the force: constant; steps up and down by the swing; one ramp up by the swing; or sines about the
     force with the swing as amplitude."""
-    force: float = with_default(PressingOptions, "force", 2.0)
+    force: float = option(2.0, "N", bound="positive")
     swing: float | None = option(None, "N", of=("profile", ("step", "ramp", "sine")), bound="positive")
     """See --profile [N]. Left out: half of the force."""
     rate: float = option(1.0, "N/s", of=("profile", ("ramp",)), bound="positive")
