@@ -15,21 +15,21 @@ from palpate.controllers.paths.strategy import ContactPeriod, LegEnd, LegResult,
 from palpate.errors import check_positive, not_negative
 from palpate.spatial import Vector, add, dot, scale, subtract
 
-STILL_ANGLE = math.radians(1.5)
+_STILL_ANGLE = math.radians(1.5)
 """A turn begins where the normal was last within so much of the anchor's: three standard deviations of one."""
 
-STILL_COS = math.cos(STILL_ANGLE)
+_STILL_COS = math.cos(_STILL_ANGLE)
 
-MIN_QUIET_LENGTH = 1e-3
+_MIN_QUIET_LENGTH = 1e-3
 """Path length of the tip without a turn after which a feature has ended [m]."""
 
-MAX_ARC = math.radians(120.0)
+_MAX_ARC = math.radians(120.0)
 """A radius is taken of no longer an arc: from its chord, which says nothing of a full turn."""
 
-RESTING_SHARE = 0.1
+_RESTING_SHARE = 0.1
 """Largest motion of the tip over that of the contact, in a concavity as sharp as the tip."""
 
-SHARP_SHARE = 0.1
+_SHARP_SHARE = 0.1
 """Largest radius of a sharp convex edge over the radius of the tip's path around it."""
 
 
@@ -82,15 +82,15 @@ class _Turn:
     @property
     def radius(self) -> float:
         """Radius of the surface, positive where it is convex [m]."""
-        return radius_between(self.begun.contact, self.ended.contact, self.begun, self.ended)
+        return _radius_between(self.begun.contact, self.ended.contact, self.begun, self.ended)
 
     @property
     def rolled(self) -> float:
         """Radius of the path of the tip, positive where it is convex [m]."""
-        return radius_between(self.begun.tip, self.ended.tip, self.begun, self.ended)
+        return _radius_between(self.begun.tip, self.ended.tip, self.begun, self.ended)
 
 
-def radius_between(a: Vector, b: Vector, begun: ContactPeriod, ended: ContactPeriod) -> float:
+def _radius_between(a: Vector, b: Vector, begun: ContactPeriod, ended: ContactPeriod) -> float:
     """Return the radius of an arc from a to b, over which the normal turned as between two periods [m]."""
     dn = subtract(ended.normal, begun.normal)
     return dot(subtract(b, a), dn) / dot(dn, dn)
@@ -102,7 +102,7 @@ class FeatureWatch:
     def __init__(self, limits: FeatureLimits | None = None) -> None:
         self._limits = limits or FeatureLimits()
         self._least_cos = math.cos(self._limits.turn)
-        self._quiet = max(self._limits.together, MIN_QUIET_LENGTH)
+        self._quiet = max(self._limits.together, _MIN_QUIET_LENGTH)
         self._anchor: ContactPeriod | None = None  # since when contact and tip do not move alike
         self._calm: ContactPeriod | None = None  # the anchor before that: not leaning over an edge yet
         self._still: ContactPeriod | None = None  # the last with the anchor's normal
@@ -128,7 +128,7 @@ class FeatureWatch:
             self._since += went
             self._calm = anchor
             self._anchor = self._still = felt
-        elif cosine >= STILL_COS:
+        elif cosine >= _STILL_COS:
             self._still = felt
         if self._since > self._quiet:
             self._finish()
@@ -152,7 +152,7 @@ class FeatureWatch:
             turn = replace(turn, event=PathEvent.EDGE)
         elif -turn.radius > self._limits.contrast * abs(turn.rolled):
             middle = scale(0.5, add(felt.contact, begun.contact))
-            rests = abs(turn.rolled) < RESTING_SHARE * abs(turn.radius)
+            rests = abs(turn.rolled) < _RESTING_SHARE * abs(turn.radius)
             turn = replace(turn, event=PathEvent.TIGHT if rests else PathEvent.FILLET, position=middle)
         before = self._turning
         if turn.event is not None:
@@ -160,7 +160,7 @@ class FeatureWatch:
         if before is None or before.event is not turn.event:
             self._finish()
             self._turning = turn
-        elif before.angle + turn.angle < MAX_ARC:
+        elif before.angle + turn.angle < _MAX_ARC:
             self._turning = replace(before, ended=felt, angle=before.angle + turn.angle)
 
     def _finish(self) -> None:
@@ -194,12 +194,12 @@ def _bend(turn: _Turn) -> str:
         return f"concave, sharper than the tip, which touched at two points: a radius of at most {size:.2f} mm"
     if turn.event is PathEvent.FILLET:
         return f"concave, a radius of {size:.2f} mm"
-    if turn.radius < SHARP_SHARE * turn.rolled:
-        return f"convex, sharp: a radius of at most {1e3 * SHARP_SHARE * turn.rolled:.2f} mm"
+    if turn.radius < _SHARP_SHARE * turn.rolled:
+        return f"convex, sharp: a radius of at most {1e3 * _SHARP_SHARE * turn.rolled:.2f} mm"
     return f"convex, a radius of {size:.2f} mm"
 
 
-EVENTS = {
+_EVENTS = {
     LegEnd.MISSED: (PathEvent.UNREACHABLE, "nothing was met within the approach distance"),
     LegEnd.LOST: (PathEvent.LOST, "the surface was lost, and one slow bounded search did not find it"),
     LegEnd.STEEP: (PathEvent.STEEP, "steeper than what can be followed: the rest of the leg was left out"),
@@ -210,7 +210,7 @@ EVENTS = {
     LegEnd.OVERLONG: (PathEvent.OPEN, "the contour did not close within the length that was allowed"),
 }
 
-OUT_OF_REACH = "the tip could not be brought there: something an obstacle was met, or the robot's workspace ended"
+_OUT_OF_REACH = "the tip could not be brought there: something an obstacle was met, or the robot's workspace ended"
 
 
 class MarkRecorder:
@@ -239,8 +239,8 @@ class MarkRecorder:
         if mark is not None:
             self._marks.append(mark)
         if ended.how is LegEnd.BLOCKED and aim is not None:
-            self._marks.append(Mark(PathEvent.UNREACHABLE, aim, OUT_OF_REACH))
-        elif ended.how in EVENTS:
-            event, reason = EVENTS[ended.how]
+            self._marks.append(Mark(PathEvent.UNREACHABLE, aim, _OUT_OF_REACH))
+        elif ended.how in _EVENTS:
+            event, reason = _EVENTS[ended.how]
             self._marks.append(Mark(event, self._contact or ended.tip, reason))
         self._contact = None

@@ -12,7 +12,7 @@ from palpate.spatial import IDENTITY, ZERO, Matrix, Vector, add, dot, rotate, ro
 Point = tuple[float, float]
 """(u, v) in the plane of the path [m]; in the default plane x and y of the base."""
 
-MIN_NORMAL_COS = 0.05
+_MIN_NORMAL_COS = 0.05
 """Least cosine between normal and axis for which a slope is given: 87 degrees; a height is no function beyond."""
 
 
@@ -50,7 +50,7 @@ class PathPlane:
     def slopes(self, normal: Vector) -> Point | None:
         """Return (dh/du, dh/dv) of a surface with this outward normal (base); None where it is too steep."""
         u, v, h = rotate_back(self.rotation_base_plane, normal)
-        return None if h < MIN_NORMAL_COS else (-u / h, -v / h)
+        return None if h < _MIN_NORMAL_COS else (-u / h, -v / h)
 
     def steepness(self, normal: Vector) -> float:
         """Return the angle between the outward normal (base) and the axis [rad]."""

@@ -39,11 +39,11 @@ FROM_FILE: tuple[ObjectName, ...] = ("mesh", "height-field", "scene")
 """Objects that a file describes."""
 
 StrategyName = Literal["raster", "spiral", "contour", "taps", "active"]
-CurveName = Literal["level", "edge"]
-TurnName = Literal["left", "right"]
-MeasureName = Literal["rms", "largest"]
+_CurveName = Literal["level", "edge"]
+_TurnName = Literal["left", "right"]
+_MeasureName = Literal["rms", "largest"]
 
-SPACING: Mapping[StrategyName, float] = {
+_SPACING: Mapping[StrategyName, float] = {
     "raster": 0.002,
     "spiral": 0.002,
     "contour": 0.002,
@@ -53,13 +53,13 @@ SPACING: Mapping[StrategyName, float] = {
 """Distance of rows, turns or taps, if none is given [m]. Of a contour, which is a single line, and of active rows,
 which lie where they are needed, it is how finely the map is drawn."""
 
-ACCURACY: Mapping[MeasureName, float] = {"rms": 2e-5, "largest": 1e-4}
+_ACCURACY: Mapping[_MeasureName, float] = {"rms": 2e-5, "largest": 1e-4}
 """Wanted error of the map, if none is given [m]: what `benchmarks/active.py` stops at."""
 
-SHORTEST_SWING = 0.1
+_SHORTEST_SWING = 0.1
 """Shortest swing of the force [s]: servos of 100 rad/s follow 10 Hz by halves."""
 
-MOST_GRID_POINTS = 1_000_000
+_MOST_GRID_POINTS = 1_000_000
 """Largest map that is asked for: a finer one takes minutes and shows nothing more."""
 
 SLOWEST = 1e-3
@@ -203,17 +203,17 @@ class ExploreConfig(PressingOptions, ObjectOptions):
     """raster, spiral, taps: distance between rows, turns or taps [m]. Left out: 2 mm; of taps 5 mm."""
     radius: float | None = option(None, "m", of=_SPIRAL, check=check_length, hint="; the object's size is --size")
     """spiral: of its disc [m]. Left out: 20 mm, or as much of it as the object has room for."""
-    curve: CurveName = option("level", of=_CONTOUR)
+    curve: _CurveName = option("level", of=_CONTOUR)
     """contour: what to go along. level: the curve on which the fingertip keeps its height. edge: from the middle
     outwards to the first edge, and along it; on a rounded object, along where it leans by 45 degrees."""
     below: float | None = option(None, "m", of=_CONTOUR, check=check_length)
     """contour, level: how far below its height on the object's top the fingertip goes round [m]. Left out: half
     the fingertip's radius, less on a flat relief."""
-    turn: TurnName = option("left", of=_CONTOUR)
+    turn: _TurnName = option("left", of=_CONTOUR)
     """contour: sense of rotation, seen from above: left is counter-clockwise."""
     accuracy: float | None = option(None, "m", of=_ACTIVE, check=check_length)
     """active: wanted error of the map [m]. Left out: 0.02 mm; for --measure largest 0.1 mm."""
-    measure: MeasureName = option("rms", of=_ACTIVE)
+    measure: _MeasureName = option("rms", of=_ACTIVE)
     """active: which error --accuracy speaks of, the root mean square over the rectangle or the largest."""
     area: float = option(1.0, of=_ACTIVE)
     """active: part of the rectangle, from 0 to 1, over which --accuracy is wanted; the rest may stay unknown."""
@@ -246,11 +246,11 @@ class ExploreConfig(PressingOptions, ObjectOptions):
         self._check_strategy()
         width, depth = self.extent
         points = (width / self.map_spacing + 1.0) * (depth / self.map_spacing + 1.0)
-        if points > MOST_GRID_POINTS:
+        if points > _MOST_GRID_POINTS:
             raise InvalidValueError(
                 f"spacing = {self.gap:g} m: makes a map of {points:.2g} points over {width:g} x "
-                f"{depth:g} m, the limit is {MOST_GRID_POINTS:.0e}; take rows at least "
-                f"{self.gap * (points / MOST_GRID_POINTS) ** 0.5:.2g} m apart"
+                f"{depth:g} m, the limit is {_MOST_GRID_POINTS:.0e}; take rows at least "
+                f"{self.gap * (points / _MOST_GRID_POINTS) ** 0.5:.2g} m apart"
             )
         check_change_names(self.change, LIVE)
 
@@ -282,12 +282,12 @@ class ExploreConfig(PressingOptions, ObjectOptions):
     @property
     def gap(self) -> float:
         """Distance between neighbouring rows, turns or taps, which the map is made for [m]."""
-        return SPACING[self.strategy] if self.spacing is None else self.spacing
+        return _SPACING[self.strategy] if self.spacing is None else self.spacing
 
     @property
     def wanted_error(self) -> float:
         """Error of the map at which an active exploration ends [m]."""
-        return ACCURACY[self.measure] if self.accuracy is None else self.accuracy
+        return _ACCURACY[self.measure] if self.accuracy is None else self.accuracy
 
     @property
     def map_spacing(self) -> float:
@@ -327,9 +327,9 @@ class ExploreConfig(PressingOptions, ObjectOptions):
                 f"force_swing = {self.force_swing:g} N: about {self.force:g} N at most {room:g} N, so that the "
                 f"force stays between {least:g} and {MAX_FORCE:g} N{noise}"
             )
-        if self.force_swing and self.force_period < SHORTEST_SWING:
+        if self.force_swing and self.force_period < _SHORTEST_SWING:
             raise InvalidValueError(
-                f"force_period = {self.force_period:g} s: must be at least {SHORTEST_SWING:g} s, for no servo "
+                f"force_period = {self.force_period:g} s: must be at least {_SHORTEST_SWING:g} s, for no servo "
                 "would follow"
             )
 

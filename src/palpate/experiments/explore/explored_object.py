@@ -33,7 +33,7 @@ MESH_TEXT = "object.off"
 HEIGHTS_TEXT = "object.csv"
 """Under this name a log keeps a height field, as `palpate explore --file` reads it."""
 
-SPHERES_ONLY: tuple[ObjectName, ...] = ("torus", "bumps", "height-field")
+_SPHERES_ONLY: tuple[ObjectName, ...] = ("torus", "bumps", "height-field")
 """Objects of which a simulation knows where a sphere touches, and no other tip."""
 
 
@@ -56,7 +56,7 @@ def scene_object(config: ExploreConfig) -> SceneObject | SceneTarget:
     Raises:
         InvalidValueError: If the object is impossible, its file cannot be read, or the tip cannot touch it.
     """
-    if len(config.tip) > 1 and config.object in SPHERES_ONLY:
+    if len(config.tip) > 1 and config.object in _SPHERES_ONLY:
         tip = " ".join(f"{length:g}" for length in config.tip)
         raise InvalidValueError(
             f"tip = {tip}: {config.article} {config.object} is touched by a sphere only; give --tip one number"

@@ -45,32 +45,32 @@ from palpate.experiments.explore.tip_surface import (
 from palpate.sim import SceneObject
 from palpate.spatial import add
 
-CORNER_TIME = -0.02
+_CORNER_TIME = -0.02
 """Time that a corner adds to the motion from rest to rest [s]. A corner counts as reached while the tip still
 moves; measured on a ball at 50 mm/s."""
 
-CLIMB_RATIO = 1.05
+_CLIMB_RATIO = 1.05
 """Path length along the surface over that seen from above: 1.03 on a ball of 40 mm over a square of 40 mm."""
 
-MAX_DURATION_RATIO = 4.0
+_MAX_DURATION_RATIO = 4.0
 """Longest over expected duration. On slopes of 60 degrees a path is twice as long; beyond, something is wrong."""
 
-PROBE_DISTANCE = 5e-3
+_PROBE_DISTANCE = 5e-3
 """Distance along a path between places where the prediction looks for the object [m]."""
 
-MIN_FIRST_PIECE = 2e-4
+_MIN_FIRST_PIECE = 2e-4
 """Minimum length of the first piece of a path [m]: twice the length that gives a direction."""
 
-TAP_RETREAT = 5e-3
+_TAP_RETREAT = 5e-3
 """Retreat after a tap [m]: more than a tip of 8 mm rises on a slope of 45 degrees to the next tap."""
 
-MAX_ROUND_TRIPS = 1.5
+_MAX_ROUND_TRIPS = 1.5
 """Longest over predicted length of a contour that does not close."""
 
-EXTRA_CONTOUR_LENGTH = 0.05
+_EXTRA_CONTOUR_LENGTH = 0.05
 """Extra path length allowed for a contour [m]."""
 
-CONTOUR_ROWS = 4.0
+_CONTOUR_ROWS = 4.0
 """Rows that a contour counts for: each quarter sees another side of the object."""
 
 
@@ -90,10 +90,10 @@ class PathTiming:
 
     def piece(self, length: float) -> float:
         """Return the duration of a straight piece from corner to corner, `length` [m] seen from above [s]."""
-        own, length = self.parameters, CLIMB_RATIO * length
+        own, length = self.parameters, _CLIMB_RATIO * length
         if length < own.speed**2 / own.acceleration:  # it brakes before it is at speed
-            return 2.0 * math.sqrt(length / own.acceleration) + CORNER_TIME
-        return length / own.speed + own.speed / own.acceleration + CORNER_TIME
+            return 2.0 * math.sqrt(length / own.acceleration) + _CORNER_TIME
+        return length / own.speed + own.speed / own.acceleration + _CORNER_TIME
 
     @property
     def ends(self) -> float:
@@ -112,7 +112,7 @@ class PathTiming:
         return height / own.lift_speed + length / own.travel_speed + height / own.landing_speed + own.settle_time
 
 
-Duration = Callable[[PathTiming], float]
+_Duration = Callable[[PathTiming], float]
 """Gives a duration [s]."""
 
 
@@ -130,7 +130,7 @@ class Scan:
         row_gap: Distance between rows, turns or taps at first [m].
         strategy: Returns a fresh strategy in a plane whose coordinates are those of the middle of the tip.
         duration: Expected duration.
-        longest: Duration after which something is wrong.
+        longest: _Duration after which something is wrong.
         passes: Returns whether places (n, 2) lie in the field that is to be touched everywhere, shape (n,).
         length: Path length seen from above, without landings [m]; NaN where contacts decide on the path.
         contour: Predicted curve of a contour.
@@ -145,8 +145,8 @@ class Scan:
     row: float
     row_gap: float
     strategy: Callable[[PathPlane, PathTiming], Strategy]
-    duration: Duration
-    longest: Duration
+    duration: _Duration
+    longest: _Duration
     passes: Callable[[FloatArray], npt.NDArray[np.bool_]]
     length: float = math.nan
     contour: PredictedContour | None = None
@@ -154,7 +154,7 @@ class Scan:
 
 
 @dataclass(frozen=True, slots=True)
-class OffObjectPrediction:
+class _OffObjectPrediction:
     """Prediction for a field that may extend beyond the object.
 
     Attributes:
@@ -202,7 +202,7 @@ def _raster(target: SceneObject, config: ExploreConfig, region: Region) -> Scan:
 
     def longest(timing: PathTiming) -> float:
         hops = 0.0 if off is None else _longest_hops(raster.length, timing)
-        return MAX_DURATION_RATIO * duration(timing) + hops
+        return _MAX_DURATION_RATIO * duration(timing) + hops
 
     return Scan(
         kind="raster",
@@ -226,7 +226,7 @@ def _spiral(target: SceneObject, config: ExploreConfig, region: Region) -> Scan:
     corners, missed = spiral.corners(), 0
     path: Spiral | Waypoints = spiral
     if config.beyond:
-        missed = _missed_places(target, config, in_pieces(corners, PROBE_DISTANCE))
+        missed = _missed_places(target, config, in_pieces(corners, _PROBE_DISTANCE))
         path = _path_from_object(target, config, corners)
 
     def passes(places: FloatArray) -> npt.NDArray[np.bool_]:
@@ -241,12 +241,12 @@ def _spiral(target: SceneObject, config: ExploreConfig, region: Region) -> Scan:
         # on its inner turns it is as slow as they are narrow: speed^2 / radius is bounded
         inner = min(radius, own.speed**2 / own.acceleration)
         slow = turn * inner * math.sqrt(inner / own.acceleration) / 1.5
-        outer = CLIMB_RATIO * (0.5 * turn * (radius**2 - inner**2)) / own.speed
-        return timing.ends + CLIMB_RATIO * slow + outer + missed * timing.missing
+        outer = _CLIMB_RATIO * (0.5 * turn * (radius**2 - inner**2)) / own.speed
+        return timing.ends + _CLIMB_RATIO * slow + outer + missed * timing.missing
 
     def longest(timing: PathTiming) -> float:
         hops = _longest_hops(spiral.length, timing) if config.beyond else 0.0
-        return MAX_DURATION_RATIO * duration(timing) + hops
+        return _MAX_DURATION_RATIO * duration(timing) + hops
 
     return Scan(
         kind="spiral",
@@ -270,7 +270,7 @@ def _taps(target: SceneObject, config: ExploreConfig, region: Region) -> Scan:
     missed = _missed_places(target, config, points)
 
     def duration(timing: PathTiming) -> float:
-        each = timing.hop(spacing, TAP_RETREAT) + 0.1
+        each = timing.hop(spacing, _TAP_RETREAT) + 0.1
         return timing.ends + len(points) * each + missed * timing.missing
 
     def longest(timing: PathTiming) -> float:
@@ -284,7 +284,7 @@ def _taps(target: SceneObject, config: ExploreConfig, region: Region) -> Scan:
         box=region.corners,
         row=spacing,  # every tap is a new observation
         row_gap=spacing,
-        strategy=lambda plane, timing: Taps(points, TAP_RETREAT, plane),
+        strategy=lambda plane, timing: Taps(points, _TAP_RETREAT, plane),
         duration=duration,
         longest=longest,
         passes=region.holds,
@@ -329,7 +329,7 @@ def _active(target: SceneObject, config: ExploreConfig, region: Region) -> Scan:
         """Return the duration of all rows as close as they may be, or of those begun and one more, with hops."""
         rows = min(region.depth / (2.0 * settings.finest), begun_rows(timing)) + 1.0
         each = row_time(timing) + timing.hop(region.width, timing.descent)
-        return timing.ends + MAX_DURATION_RATIO * rows * each
+        return timing.ends + _MAX_DURATION_RATIO * rows * each
 
     kind = "RMS" if measure is GoalError.RMS else "at most"
     return Scan(
@@ -355,7 +355,7 @@ def _contour(target: SceneObject, config: ExploreConfig) -> Scan:
 
     def strategy(plane: PathPlane, timing: PathTiming) -> Strategy:
         begin = predicted.landing
-        longest = MAX_ROUND_TRIPS * length + 2.0 * approach + EXTRA_CONTOUR_LENGTH
+        longest = _MAX_ROUND_TRIPS * length + 2.0 * approach + _EXTRA_CONTOUR_LENGTH
         if config.curve == "edge":
             steering = EdgeSteering(plane, EDGE_LEAN, min(config.tip), (*predicted.outward, 0.0), turn)
             return Contour(begin, steering, plane, longest)
@@ -364,10 +364,10 @@ def _contour(target: SceneObject, config: ExploreConfig) -> Scan:
         return Contour(begin, LevelSteering(level, turn), plane, longest)
 
     def duration(timing: PathTiming) -> float:
-        return timing.ends + (length + CLIMB_RATIO * approach) / timing.parameters.speed
+        return timing.ends + (length + _CLIMB_RATIO * approach) / timing.parameters.speed
 
     def longest(timing: PathTiming) -> float:
-        return 3.0 * duration(timing) + EXTRA_CONTOUR_LENGTH / timing.parameters.speed
+        return 3.0 * duration(timing) + _EXTRA_CONTOUR_LENGTH / timing.parameters.speed
 
     places = np.vstack([predicted.points, predicted.landing])
     (a, b), (c, d) = places.min(axis=0).tolist(), places.max(axis=0).tolist()
@@ -378,7 +378,7 @@ def _contour(target: SceneObject, config: ExploreConfig) -> Scan:
         begin=predicted.landing,
         corners=tuple((x, y) for x, y in predicted.points.tolist()),
         box=((a, b), (c, d)),
-        row=length / CONTOUR_ROWS,
+        row=length / _CONTOUR_ROWS,
         row_gap=config.gap,
         strategy=strategy,
         duration=duration,
@@ -400,10 +400,10 @@ def in_pieces(corners: Sequence[Point], longest: float) -> list[Point]:
 
 def _longest_hops(length: float, timing: PathTiming) -> float:
     """Return the duration of landing again and again along a path of a length [m], in [s]."""
-    return length / PROBE_DISTANCE * timing.hop(PROBE_DISTANCE, timing.miss)
+    return length / _PROBE_DISTANCE * timing.hop(_PROBE_DISTANCE, timing.miss)
 
 
-def _predicted_rows(target: SceneObject, config: ExploreConfig, raster: Raster) -> OffObjectPrediction | None:
+def _predicted_rows(target: SceneObject, config: ExploreConfig, raster: Raster) -> _OffObjectPrediction | None:
     """Return the prediction for rows that may leave the object; None if they may not.
 
     They begin on a row, as far as possible from places that cannot be touched.
@@ -413,7 +413,7 @@ def _predicted_rows(target: SceneObject, config: ExploreConfig, raster: Raster) 
     """
     if not config.beyond:
         return None
-    places = in_pieces(raster.corners(), min(PROBE_DISTANCE, raster.width / 4.0))
+    places = in_pieces(raster.corners(), min(_PROBE_DISTANCE, raster.width / 4.0))
     reached = np.array([target.reachable(*place, min(config.tip)) for place in places])
     if not reached.any():
         raise _unreachable(config)
@@ -421,7 +421,7 @@ def _predicted_rows(target: SceneObject, config: ExploreConfig, raster: Raster) 
     depth = KDTree(off).query(on)[0] if len(off) else -np.linalg.norm(on - raster.center, axis=1)
     x, y = on[int(np.argmax(depth))].tolist()
     begin = (x, min((v for _, v in raster.corners()), key=lambda v: abs(v - y)))
-    return OffObjectPrediction(begin, _missed_places(target, config, places))
+    return _OffObjectPrediction(begin, _missed_places(target, config, places))
 
 
 def _path_from_object(target: SceneObject, config: ExploreConfig, corners: tuple[Point, ...]) -> Waypoints:
@@ -432,10 +432,10 @@ def _path_from_object(target: SceneObject, config: ExploreConfig, corners: tuple
     """
     path = list(corners)
     while len(path) > 1:
-        pieces = in_pieces(path[:2], PROBE_DISTANCE)
+        pieces = in_pieces(path[:2], _PROBE_DISTANCE)
         first = next((place for place in pieces[:-1] if target.reachable(*place, min(config.tip))), None)
         if first is not None:
-            rest = path[1:] if math.dist(path[1], first) > MIN_FIRST_PIECE else path[2:]
+            rest = path[1:] if math.dist(path[1], first) > _MIN_FIRST_PIECE else path[2:]
             return Waypoints((first, *rest))
         path.pop(0)
     raise _unreachable(config)

@@ -17,41 +17,41 @@ from palpate.sim import HeightField, SceneObject
 GRID_STEP = 1e-3
 """Distance of grid lines [m]. Between them heights err by GRID_STEP^2 / (8 R) = 0.02 mm at most for R = 8 mm."""
 
-MAX_GRID_LINES = 401
+_MAX_GRID_LINES = 401
 """Along each side: of larger objects the grid is coarser."""
 
-TRIED_HALF_SIDES = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
+_TRIED_HALF_SIDES = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 """Half sides of the square that are tried [m], until the object lies inside."""
 
-SURVEY_LINES = 41
+_SURVEY_LINES = 41
 """Grid lines along each side of those."""
 
 EDGE_LEAN = math.radians(45.0)
 """Slope at which an edge is followed: the mean of a right-angled edge's two faces."""
 
-MAX_DROP_RATIO = 0.5
+_MAX_DROP_RATIO = 0.5
 """Depth of a level contour below the top over the tip's half length along z: it leans by 60 degrees at most."""
 
-RIM_TANGENT = 1e3
+_RIM_TANGENT = 1e3
 """Tangent of the slope beside the object."""
 
-MAX_DROP_SHARE = 0.4
+_MAX_DROP_SHARE = 0.4
 """Share of the object's height: on a flat relief a level contour stays above mid-height, where its peaks end."""
 
-MAX_LANDING_SLOPE = math.radians(50.0)
+_MAX_LANDING_SLOPE = math.radians(50.0)
 """Steepest place to land on [rad]: 60 degrees are the limit from above, and the grid may be off."""
 
-MIN_LANDING_SLOPE = math.radians(2.0)
+_MIN_LANDING_SLOPE = math.radians(2.0)
 """Least slope of a landing place beside a level curve [rad]: on the level, downhill is undefined."""
 
-MAX_SLOPE_INSIDE = math.radians(20.0)
+_MAX_SLOPE_INSIDE = math.radians(20.0)
 """Steepest place to land on before an edge [rad]: on its upper face."""
 
-EQUAL_DISTANCE_RATIO = 1.0
+_EQUAL_DISTANCE_RATIO = 1.0
 """Curves whose distances differ by less than this many half lengths of the tip are equally near; the longest of
 them is taken."""
 
-MIN_LENGTH_RATIO = math.pi
+_MIN_LENGTH_RATIO = math.pi
 """Least length of a curve over the tip's half length: half the tip's circumference; less is a single contact."""
 
 
@@ -80,7 +80,7 @@ class TipSurface:
         """Return it for a tip of one (radius) or three (semi-axes) half lengths [m]: a dilation."""
         half = tip if len(tip) == 3 else tip * 3
         room = _extent(target) + max(half) + 2.0 * GRID_STEP
-        step = max(GRID_STEP, 2.0 * room / (MAX_GRID_LINES - 1))
+        step = max(GRID_STEP, 2.0 * room / (_MAX_GRID_LINES - 1))
         count = int(np.ceil(room / step))
         x: FloatArray = step * np.arange(-count, count + 1, dtype=np.float64)
         height = np.asarray(target.height(*np.meshgrid(x, x)))
@@ -130,12 +130,12 @@ class TipSurface:
 
 def _extent(target: SceneObject) -> float:
     """Half side of a square about the origin in which the object lies, seen from above [m]."""
-    for extent in TRIED_HALF_SIDES[:-1]:
-        along = np.linspace(-extent, extent, SURVEY_LINES)
+    for extent in _TRIED_HALF_SIDES[:-1]:
+        along = np.linspace(-extent, extent, _SURVEY_LINES)
         known = np.isfinite(target.height(*np.meshgrid(along, along)))
         if known.any() and not (known[[0, -1]].any() or known[:, [0, -1]].any()):
             return extent
-    return TRIED_HALF_SIDES[-1]
+    return _TRIED_HALF_SIDES[-1]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,14 +183,14 @@ def predicted_contour(target: SceneObject, config: ExploreConfig) -> PredictedCo
         surface = surface.within(target.width / 2.0, target.depth / 2.0)
     turn = Turn.LEFT if config.turn == "left" else Turn.RIGHT
     if config.curve == "edge":
-        loops = _loops(surface, surface.steepness(RIM_TANGENT), math.tan(EDGE_LEAN), config)
+        loops = _loops(surface, surface.steepness(_RIM_TANGENT), math.tan(EDGE_LEAN), config)
         if not loops:
             raise InvalidValueError(
                 f"curve = edge: the {config.object} leans by {math.degrees(EDGE_LEAN):g} degrees along no closed "
                 "curve that the fingertip could follow; take --curve level"
             )
         loop = _chosen(loops, config)
-        landing = config.middle if config.center else _beside(surface, loop, config, 0.0, MAX_SLOPE_INSIDE)
+        landing = config.middle if config.center else _beside(surface, loop, config, 0.0, _MAX_SLOPE_INSIDE)
         return _turned(loop, landing, turn, surface.at(loop))
     below = drop(target, config)
     height = surface.top - below
@@ -203,7 +203,7 @@ def predicted_contour(target: SceneObject, config: ExploreConfig) -> PredictedCo
         )
     loop = _chosen(loops, config)
     landing = (
-        config.middle if config.center else _beside(surface, loop, config, MIN_LANDING_SLOPE, MAX_LANDING_SLOPE)
+        config.middle if config.center else _beside(surface, loop, config, _MIN_LANDING_SLOPE, _MAX_LANDING_SLOPE)
     )
     return _turned(loop, landing, turn, np.full(len(loop), height))
 
@@ -212,7 +212,7 @@ def drop(target: SceneObject, config: ExploreConfig) -> float:
     """Return how far below its height on the top the fingertip goes round [m]."""
     if config.below is not None:
         return config.below
-    return min(MAX_DROP_RATIO * config.tip[-1], MAX_DROP_SHARE * (target.top - target.bottom))
+    return min(_MAX_DROP_RATIO * config.tip[-1], _MAX_DROP_SHARE * (target.top - target.bottom))
 
 
 def _loops(surface: TipSurface, values: FloatArray, value: float, config: ExploreConfig) -> list[FloatArray]:
@@ -220,13 +220,13 @@ def _loops(surface: TipSurface, values: FloatArray, value: float, config: Explor
     contours = contour_generator(surface.x, surface.y, np.ma.masked_invalid(values), line_type=LineType.Separate)
     lines: list[FloatArray] = contours.lines(value)  # type: ignore[assignment]  # what Separate is
     closed = (line[:-1] for line in lines if len(line) > 3 and np.array_equal(line[0], line[-1]))
-    return [loop for loop in closed if _length(loop) > MIN_LENGTH_RATIO * min(config.tip)]
+    return [loop for loop in closed if _length(loop) > _MIN_LENGTH_RATIO * min(config.tip)]
 
 
 def _chosen(loops: list[FloatArray], config: ExploreConfig) -> FloatArray:
     """The longest of those nearest to the middle."""
     distances = [float(np.linalg.norm(loop - config.middle, axis=1).min()) for loop in loops]
-    limit = min(distances) + EQUAL_DISTANCE_RATIO * min(config.tip)
+    limit = min(distances) + _EQUAL_DISTANCE_RATIO * min(config.tip)
     return max((loop for loop, d in zip(loops, distances, strict=True) if d <= limit), key=_length)
 
 

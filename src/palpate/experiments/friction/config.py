@@ -20,9 +20,9 @@ from palpate.experiments.kit.scene_options import (
 )
 from palpate.friction.limit_surface import LimitSurface
 
-RubbedName = Literal["plate", "box", "sphere"]
+_RubbedName = Literal["plate", "box", "sphere"]
 
-SIZES: dict[RubbedName, tuple[float, ...]] = {
+SIZES: dict[_RubbedName, tuple[float, ...]] = {
     "plate": (0.2, 0.2, 0.04),
     "box": (0.08, 0.08, 0.04),
     "sphere": (0.04,),
@@ -33,22 +33,22 @@ SIZES: dict[RubbedName, tuple[float, ...]] = {
 EXPONENT_SLIPS = 18
 """There and back: with 3 % scatter they determine p within 0.15 and gamma within 0.05 in 95 % of all trials."""
 
-SLOWEST_RUB = 1e-4
+_SLOWEST_RUB = 1e-4
 """[m/s] The least travel takes 40 s then; what moves so slowly creeps, and only looks like slip."""
 
-CREEP = "; slower, strokes take minutes and creep looks like slip"
-"""Remark on speeds below `SLOWEST_RUB`."""
+_CREEP = "; slower, strokes take minutes and creep looks like slip"
+"""Remark on speeds below `_SLOWEST_RUB`."""
 
-SOFTEST_SKIN = 1.0
+_SOFTEST_SKIN = 1.0
 """Lower bound on the stiffness of a skin [N/m]: a softer one yields too far before the smallest load slips."""
 
-CALIBRATED = 0.003
+_CALIBRATED = 0.003
 """Standard deviation of the ratio of two loads on different axes after a calibration on the spot."""
 
-LARGEST_CALIBRATION = 0.2
+_LARGEST_CALIBRATION = 0.2
 """More is no calibration, or in per cent."""
 
-MOST_REPEATS = 100
+_MOST_REPEATS = 100
 """They average the noise down to a tenth, in an hour of rubbing."""
 
 STIFFNESS = 4e3
@@ -95,7 +95,7 @@ class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOpt
     Afterwards `palpate replay runs/friction` computes every command again, from the log.
     """
 
-    object: RubbedName = with_default(ObjectOptions, "object", "plate")
+    object: _RubbedName = with_default(ObjectOptions, "object", "plate")
     """Object to rub: the top of a plate of 0.2 x 0.2 m, of a box of 80 x 80 x 40 mm, or of a sphere of 40 mm
     radius."""
     size: tuple[float, ...] = with_default(ObjectOptions, "size", ())
@@ -111,14 +111,16 @@ class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOpt
     """How fast mu falls from static to kinetic [m/s]; goes with --static-friction. Left out: 0.01."""
     viscous_friction: float | None = option(None, "s/m", fixed=TOUCHED, bound="not negative")
     """How mu grows with the slip speed [s/m]."""
-    skin_stiffness: float | None = option(None, "N/m", fixed=TOUCHED, bound="positive", within=(SOFTEST_SKIN, inf))
+    skin_stiffness: float | None = option(
+        None, "N/m", fixed=TOUCHED, bound="positive", within=(_SOFTEST_SKIN, inf)
+    )
     """How stiffly finger and surface hang together along the surface until they slip [N/m]. Left out: 20e3."""
     loads: tuple[float, ...] = option((1.0, 2.0, 4.0), "N", bound="positive")
     """Normal forces to rub with, rising [N]."""
-    speed: float = option(0.01, "m/s", bound="positive", within=(SLOWEST_RUB, inf), remark=CREEP)
+    speed: float = option(0.01, "m/s", bound="positive", within=(_SLOWEST_RUB, inf), remark=_CREEP)
     """Slip speed of strokes at every load; twists come as near to it as the robot can turn [m/s]."""
     speeds: tuple[float, ...] = option(
-        (0.0025, 0.005, 0.02, 0.04), "m/s", bound="positive", within=(SLOWEST_RUB, inf), remark=CREEP
+        (0.0025, 0.005, 0.02, 0.04), "m/s", bound="positive", within=(_SLOWEST_RUB, inf), remark=_CREEP
     )
     """More speeds, at the middle load: for mu over speed, and because creep looks like slip at any single one
     [m/s]. On a sphere only those whose strokes are short enough for it."""
@@ -126,7 +128,7 @@ class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOpt
     """Least travel of a stroke [m]; one that has not slipped yet goes farther, up to --most-travel."""
     most_travel: float | None = option(None, "m", bound="positive")
     """How far a stroke may go [m]. Left out: 25 mm, less on what is smaller or curved."""
-    repeats: int = option(1, within=(1, MOST_REPEATS))
+    repeats: int = option(1, within=(1, _MOST_REPEATS))
     """How often each stroke and twist is done: twice as often means 0.7 times the noise."""
     quick: bool = False
     """One speed, and only the least and the largest load."""
@@ -138,7 +140,7 @@ class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOpt
         None,
         fixed="a replay computes commands, and no intervals; rub again",
         bound="not negative",
-        within=(-inf, LARGEST_CALIBRATION),
+        within=(-inf, _LARGEST_CALIBRATION),
         remark="; 0.01 stands for 1 %",
     )
     """Uncertainty of the sensor's calibration in the intervals: standard deviation of the ratio of two loads on
@@ -200,7 +202,7 @@ class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOpt
     @property
     def usual_calibration(self) -> float:
         """Uncertainty of the calibration, with the default of a real sensor."""
-        return CALIBRATED if self.calibration is None else self.calibration
+        return _CALIBRATED if self.calibration is None else self.calibration
 
     @property
     def sizes(self) -> tuple[float, ...]:
@@ -210,7 +212,7 @@ class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOpt
     @property
     def on_plant(self) -> bool:
         """Whether the friction plant rubs, not MuJoCo."""
-        return any(getattr(self, name) is not None for name in PLANT)
+        return any(getattr(self, name) is not None for name in _PLANT)
 
     @property
     def rubbed_loads(self) -> tuple[float, ...]:
@@ -218,7 +220,7 @@ class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOpt
         return tuple(dict.fromkeys((self.loads[0], self.loads[-1]))) if self.quick else self.loads
 
 
-PLANT = (
+_PLANT = (
     "norm_exponent",
     "load_exponent",
     "static_friction",

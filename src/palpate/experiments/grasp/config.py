@@ -10,11 +10,11 @@ from palpate.experiments.kit.checks import check_friction, check_seed, check_siz
 from palpate.experiments.kit.options import NOISY, TOUCHED, check_options, option, own_first, with_default
 from palpate.experiments.kit.scene_options import DriftOptions, LimitSurfaceOptions, ObjectOptions, SceneOptions
 
-HeldName = Literal["box", "cylinder", "sphere"]
-LoadName = Literal["ramp", "step", "shake", "none"]
+_HeldName = Literal["box", "cylinder", "sphere"]
+_LoadName = Literal["ramp", "step", "shake", "none"]
 Knowledge = Literal["touched", "nudged", "untouched", "estimated"]
 
-SIZES: dict[HeldName, tuple[float, ...]] = {
+SIZES: dict[_HeldName, tuple[float, ...]] = {
     "box": (0.06, 0.05, 0.06),
     "cylinder": (0.03, 0.06),
     "sphere": (0.03,),
@@ -24,7 +24,7 @@ SIZES: dict[HeldName, tuple[float, ...]] = {
 WIDEST = 0.031
 """Largest half width of an object between the fingers [m]: open, they are 32 mm from the hand's axis."""
 
-LARGEST_PULL = 8.0
+_LARGEST_PULL = 8.0
 """[N] With offset and little friction it takes more grip than the fingers have."""
 
 HIGHEST_LIFT = 0.3
@@ -33,16 +33,16 @@ HIGHEST_LIFT = 0.3
 FASTEST_LIFT = 0.25
 """[m/s] The supervisor's limit (reduced speed of ISO 10218-1:2011, section 5.6.2)."""
 
-FASTEST_SHAKE = 40.0
+_FASTEST_SHAKE = 40.0
 """Largest frequency of a shake [Hz]. The control leads a load of 5 to 10 Hz; faster ones take a margin."""
 
-LARGEST_MARGIN = 3.0
+_LARGEST_MARGIN = 3.0
 """Largest margin of the grip, as in `palpate.controllers.grip.parameters`."""
 
-RISES: dict[LoadName, float] = {"ramp": 1.5, "step": 0.05, "shake": 2.0, "none": 1.0}
+_RISES: dict[_LoadName, float] = {"ramp": 1.5, "step": 0.05, "shake": 2.0, "none": 1.0}
 """How long the load grows, shakes, or is waited for, by default [s]."""
 
-PULLS: dict[LoadName, float] = {"ramp": 4.0, "step": 3.0, "shake": 1.0, "none": 0.0}
+_PULLS: dict[_LoadName, float] = {"ramp": 4.0, "step": 3.0, "shake": 1.0, "none": 0.0}
 """Largest force, or amplitude, by default [N]."""
 
 SPREADS: dict[Knowledge, tuple[float, float]] = {
@@ -53,7 +53,7 @@ SPREADS: dict[Knowledge, tuple[float, float]] = {
 }
 """Largest relative errors of the believed mu and e, by touch and by guess; of an estimate, standard deviations."""
 
-MOST_PROBABLE = 0.999
+_MOST_PROBABLE = 0.999
 """Largest probability of holding: an estimate as wide as that of e allows no more."""
 
 THREE = 3
@@ -61,7 +61,7 @@ THREE = 3
 KNOWN_TEXT = "friction.yaml"
 """Under this name a log keeps what rubbing had found, if that was planned with."""
 
-PULLED = "the samples are as recorded, with what pulled then"
+_PULLED = "the samples are as recorded, with what pulled then"
 """Why a replay cannot change an option."""
 
 
@@ -114,7 +114,7 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     palpate grasp --robot emulated-hand
     """
 
-    object: HeldName = with_default(ObjectOptions, "object", "box")
+    object: _HeldName = with_default(ObjectOptions, "object", "box")
     """Object to hold: a box, an upright cylinder, or a sphere, standing on a table. Three fingers take no box."""
     size: tuple[float, ...] = with_default(ObjectOptions, "size", ())
     """Size of the object [m]: three lengths of a box (the first between the fingers), radius and height of a
@@ -136,7 +136,7 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     until the fingers have slid a little down its sides), untouched (the same, and no nudge: planned for the worst
     that is likely, while a ripple on the grip detects slip, and slip corrects the belief), or estimated
     (standard deviations of 15 % and 25 %: planned so that it holds with --probability)."""
-    probability: float = option(0.99, within=(0.5, MOST_PROBABLE), remark="; 0.99 stands for 99 %")
+    probability: float = option(0.99, within=(0.5, _MOST_PROBABLE), remark="; 0.99 stands for 99 %")
     """Probability of holding, if friction is estimated: 0.5 to 0.999. To hold is that, pressed as planned, some
     friction within the true limits balances the true load: a finger that comes to its limit creeps, others take
     over."""
@@ -147,18 +147,18 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     friction_file: Path | None = option(None, kept=KNOWN_TEXT)
     """A friction.yaml of `palpate friction`: what is believed comes from there, and what is true of the simulated
     object, as far as that is not typed."""
-    load: LoadName = option("ramp", fixed=PULLED)
+    load: _LoadName = option("ramp", fixed=_PULLED)
     """Load on the lifted object: a force that grows, that jumps, one that shakes up and down and
     sideways, or nothing."""
-    pull: float | None = option(None, "N", fixed=PULLED, bound="positive")
+    pull: float | None = option(None, "N", fixed=_PULLED, bound="positive")
     """Largest force [N]; of a shake, its amplitude. Left out: 4 for a ramp, 3 for a step, 1 for a shake."""
-    pull_before: float = option(0.5, "N", fixed=PULLED, bound="not negative")
+    pull_before: float = option(0.5, "N", fixed=_PULLED, bound="not negative")
     """Force before it grows [N]."""
-    rise: float | None = option(None, "s", fixed=PULLED, bound="positive")
+    rise: float | None = option(None, "s", fixed=_PULLED, bound="positive")
     """How long it grows or shakes [s]. Left out: 1.5 for a ramp, 0.05 for a step, 2 for a shake."""
-    shake_frequency: float = option(5.0, "Hz", fixed=PULLED, bound="positive", within=(-inf, FASTEST_SHAKE))
+    shake_frequency: float = option(5.0, "Hz", fixed=_PULLED, bound="positive", within=(-inf, _FASTEST_SHAKE))
     """Frequency of a shake [Hz]."""
-    offset: float = option(0.006, "m", fixed=PULLED, bound="not negative")
+    offset: float = option(0.006, "m", fixed=_PULLED, bound="not negative")
     """How far beside the line of the contacts it pulls [m]."""
     lift_height: float = option(
         0.04, "m", bound="positive", within=(-inf, HIGHEST_LIFT), remark=", what the lift travels"
@@ -169,10 +169,10 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     )
     """With which speed [m/s]."""
     margin: float = option(
-        0.12, bound="not negative", within=(-inf, LARGEST_MARGIN), remark="; 0.12 stands for 12 %"
+        0.12, bound="not negative", within=(-inf, _LARGEST_MARGIN), remark="; 0.12 stands for 12 %"
     )
     """Share of grip beyond the need of the limit surface."""
-    preload: float = option(0.0, "N", bound="not negative", within=(-inf, LARGEST_PULL))
+    preload: float = option(0.0, "N", bound="not negative", within=(-inf, _LARGEST_PULL))
     """Steps of the load that nobody announces, up to so much [N] within 5 ms and --offset aside, are borne without
     slip, too: with a grip kept for them from the first touch on. What that costs is told before the run."""
     announced: float | None = option(None, "s", bound="positive")
@@ -242,10 +242,10 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
             )
 
     def _check_load(self) -> None:
-        if max(self.largest_pull, self.pull_before) > LARGEST_PULL:
+        if max(self.largest_pull, self.pull_before) > _LARGEST_PULL:
             raise InvalidValueError(
                 f"pull = {self.largest_pull:g} N, pull_before = {self.pull_before:g} N: must be at most "
-                f"{LARGEST_PULL:g} N"
+                f"{_LARGEST_PULL:g} N"
             )
         if self.announced is not None and self.load == "none":
             raise InvalidValueError("announced with load = none: nothing pulls; leave one out")
@@ -282,9 +282,9 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     @property
     def largest_pull(self) -> float:
         """Largest force that pulls, or amplitude of a shake [N]."""
-        return PULLS[self.load] if self.pull is None else self.pull
+        return _PULLS[self.load] if self.pull is None else self.pull
 
     @property
     def rising(self) -> float:
         """How long the load grows or shakes [s]."""
-        return RISES[self.load] if self.rise is None else self.rise
+        return _RISES[self.load] if self.rise is None else self.rise

@@ -71,8 +71,8 @@ class OptionSpec:
     check: Callable[[str, Any], object] | None = None
 
 
-UNSPECIFIED = OptionSpec()
-STANDARD = {"seed": OptionSpec(fixed=NOISY, check=check_seed), "out": OptionSpec(fixed=WRITTEN)}
+_UNSPECIFIED = OptionSpec()
+_STANDARD = {"seed": OptionSpec(fixed=NOISY, check=check_seed), "out": OptionSpec(fixed=WRITTEN)}
 """Metadata of the options that every experiment has, unless their fields specify otherwise."""
 
 
@@ -149,7 +149,7 @@ def put_first(config: type, names: Iterable[str]) -> None:
 
 def spec_of(option: "Field[Any]") -> OptionSpec:
     """Return the metadata of a field."""
-    spec = option.metadata.get(KEY) or STANDARD.get(option.name, UNSPECIFIED)
+    spec = option.metadata.get(KEY) or _STANDARD.get(option.name, _UNSPECIFIED)
     assert isinstance(spec, OptionSpec)
     return spec
 
@@ -190,7 +190,7 @@ def check_options(config: "DataclassInstance") -> None:
                 not_negative(each.name, number, spec.unit)
             if each.type is not int and not (spec.infinite and number == math.inf):
                 check_unit_range(each.name, number, spec.unit)
-    for choice in choices_of(type(config)):
+    for choice in _choices_of(type(config)):
         _check_choice(config, choice)
     for name, spec in specs_of(type(config)).items():
         value = getattr(config, name)
@@ -209,7 +209,7 @@ def _numbers_in(value: object) -> Iterator[Any]:
         yield value
 
 
-def choices_of(kind: type) -> dict[str, tuple[str, ...]]:
+def _choices_of(kind: type) -> dict[str, tuple[str, ...]]:
     """Return the options that decide which others count, with the values that each can have."""
     names = dict.fromkeys(spec.choice for spec in specs_of(kind).values() if spec.choice)
     hints = get_type_hints(kind)
@@ -231,7 +231,7 @@ def foreign_options(kind: type, values: Mapping[str, object]) -> frozenset[str]:
 
 
 def _check_choice(config: "DataclassInstance", choice: str) -> None:
-    chosen, known = getattr(config, choice), choices_of(type(config))[choice]
+    chosen, known = getattr(config, choice), _choices_of(type(config))[choice]
     if chosen not in known:
         raise InvalidValueError(f"{choice} = {chosen!r}: must be one of {', '.join(known)}")
     own = {each.name: (each, spec_of(each)) for each in fields(config) if spec_of(each).choice == choice}

@@ -16,10 +16,10 @@ from palpate.experiments.kit.checks import (
 from palpate.experiments.kit.options import TOUCHED, check_options, option, own_first, with_default
 from palpate.experiments.kit.scene_options import DriftOptions, PressingOptions, SceneOptions
 
-PressedName = Literal["plate", "sphere", "scene"]
-SurfaceName = Literal["still", "sine", "soft", "yielding", "leaving", "missing"]
-ProfileName = Literal["constant", "step", "ramp", "sine"]
-MotionName = Literal["still", "sine", "circle", "path", "table"]
+_PressedName = Literal["plate", "sphere", "scene"]
+_SurfaceName = Literal["still", "sine", "soft", "yielding", "leaving", "missing"]
+_ProfileName = Literal["constant", "step", "ramp", "sine"]
+_MotionName = Literal["still", "sine", "circle", "path", "table"]
 
 FROM_FILES = ("path", "table")
 """Motions that are read from a file."""
@@ -34,7 +34,7 @@ _MOVING, _MOVED = ("surface", ("sine", "leaving")), ("motion", ("sine", "circle"
 LIVE = ("force", "force_gain")
 """Live parameters; the controller bounds them."""
 
-STIFFNESS, SOFT_STIFFNESS = 20e3, 1e3
+STIFFNESS, _SOFT_STIFFNESS = 20e3, 1e3
 """Stiffness of the simulated contact, hard and soft, by default [N/m]."""
 
 MOUNT_DAMPING_RATIO = 0.7
@@ -43,10 +43,10 @@ MOUNT_DAMPING_RATIO = 0.7
 LARGEST_MOTION = 0.05
 """Bounds the amplitude of a motion along the plate [m]: the plate is 0.2 m wide."""
 
-LARGEST_AMPLITUDE = 0.1
+_LARGEST_AMPLITUDE = 0.1
 """Bounds the amplitude of a sine surface [m]: an axis of a usual linear stage follows over 0.2 m at most."""
 
-FASTEST_LEAVING = 1.0
+_FASTEST_LEAVING = 1.0
 """Bounds the speed of a surface that leaves [m/s]: what falls is as fast after 5 cm."""
 
 
@@ -76,16 +76,16 @@ class RegulateConfig(PressingOptions, DriftOptions):
     Afterwards `palpate replay runs/regulate` computes every command again, from the log.
     """
 
-    object: PressedName = option("plate", fixed=TOUCHED)
+    object: _PressedName = option("plate", fixed=TOUCHED)
     """Object to press on: a plate of 0.2 x 0.2 m, a sphere of 40 mm radius, or a part of a scene from a file."""
     file: Path | None = option(None, fixed=TOUCHED, of=_SCENE)
     """The scene: MJCF, with the meshes that it names beside it. It is moved, not turned, so that the touched part
     stands on z = 0 with its middle over the origin, where it is pressed; its joints and springs let it move."""
-    surface: SurfaceName = option("still", fixed=TOUCHED)
+    surface: _SurfaceName = option("still", fixed=TOUCHED)
     """Behaviour of the object: stand still; move up and down in a sine; stand still and be soft; yield, on a mount
     with spring and damper; leave during the run; or not be there at all."""
     surface_amplitude: float = option(
-        0.01, "m", fixed=TOUCHED, of=_SINE, check=partial(check_length, largest=LARGEST_AMPLITUDE)
+        0.01, "m", fixed=TOUCHED, of=_SINE, check=partial(check_length, largest=_LARGEST_AMPLITUDE)
     )
     """Amplitude of a sine surface [m]."""
     surface_speed: float = option(0.02, "m/s", fixed=TOUCHED, of=_MOVING, bound="positive")
@@ -96,7 +96,7 @@ class RegulateConfig(PressingOptions, DriftOptions):
     """Stiffness of the spring that a yielding surface is mounted on [N/m]."""
     mount_mass: float = option(1.0, "kg", fixed=TOUCHED, of=_MOUNT, bound="positive")
     """Mass that moves on it [kg]."""
-    profile: ProfileName = option("constant")
+    profile: _ProfileName = option("constant")
     """Profile of the force: constant; steps up and down by the swing; one ramp up by the swing; or sines about the
     force with the swing as amplitude."""
     force: float = option(2.0, "N", bound="positive")
@@ -112,7 +112,7 @@ class RegulateConfig(PressingOptions, DriftOptions):
     """Frequencies of the sines, one after the other [Hz]."""
     duration: float = option(8.0, "s", of=("profile", ("constant", "step", "ramp")), bound="positive")
     """How long the profile is held [s]; sines take what they need."""
-    motion: MotionName = option("still")
+    motion: _MotionName = option("still")
     """How something else moves the tip along the surface meanwhile: not at all; to and fro along x; on a circle;
     on a recorded path, positions over time; or by a table of velocities. Its part along the
     normal is left out: that is force control's."""
@@ -167,10 +167,10 @@ class RegulateConfig(PressingOptions, DriftOptions):
                 f"surface = {self.surface}: is for a plate or sphere; what a scene does stands in its file, as "
                 "joints with stiffness and damping: leave it still"
             )
-        if self.surface == "leaving" and self.surface_speed > FASTEST_LEAVING:
+        if self.surface == "leaving" and self.surface_speed > _FASTEST_LEAVING:
             raise InvalidValueError(
-                f"surface_speed = {self.surface_speed:g} m/s: must be at most {FASTEST_LEAVING:g} m/s"
-                f"{speed_hint(self.surface_speed, FASTEST_LEAVING)}"
+                f"surface_speed = {self.surface_speed:g} m/s: must be at most {_FASTEST_LEAVING:g} m/s"
+                f"{speed_hint(self.surface_speed, _FASTEST_LEAVING)}"
             )
 
     def _check_profile(self) -> None:
@@ -227,4 +227,4 @@ class RegulateConfig(PressingOptions, DriftOptions):
         """Stiffness of the simulated contact [N/m]."""
         if self.stiffness is not None:
             return self.stiffness
-        return SOFT_STIFFNESS if self.surface == "soft" else STIFFNESS
+        return _SOFT_STIFFNESS if self.surface == "soft" else STIFFNESS

@@ -10,13 +10,13 @@ from palpate.experiments.kit.checks import MAX_FORCE, check_length, check_seed
 from palpate.experiments.kit.options import TOUCHED, check_options, option, own_first, with_default
 from palpate.experiments.kit.scene_options import ContactOptions, SceneOptions
 
-ShapeName = Literal["sphere", "ellipsoid", "capsule", "superellipsoid"]
-Triple = tuple[float, float, float]
+_ShapeName = Literal["sphere", "ellipsoid", "capsule", "superellipsoid"]
+_Triple = tuple[float, float, float]
 
 TOUCHES_TEXT = "touches.csv"
 """Under this name a log keeps the touches of a file, or those that came first."""
 
-FEWEST, MOST = 20, 200
+FEWEST, _MOST = 20, 200
 """Touches: those that come first are 17; more take an hour."""
 
 LARGEST_ERROR = 0.3
@@ -51,21 +51,21 @@ class TipCalibrationConfig(ContactOptions):
     time_s, where the thing is about (place_x_m ... direction_z) and standard deviations (sd_fx_N ...)."""
     plan: bool = option(False, fixed=TOUCHED)
     """Move nothing: write which touches would tell most, after those of --touches, if there are any."""
-    shape: ShapeName | None = option(None)
+    shape: _ShapeName | None = option(None)
     """Family of shapes to which the tip belongs. Left out: as in the robot file."""
-    touch_count: int = option(60, fixed=TOUCHED, within=(FEWEST, MOST))
+    touch_count: int = option(60, fixed=TOUCHED, within=(FEWEST, _MOST))
     """How many touches are made, those that come first included."""
     forces: tuple[float, ...] = option(
         (1.0, 3.0), "N", fixed=TOUCHED, bound="positive", within=(-math.inf, MAX_FORCE)
     )
     """Forces of each touch, one after the other [N]: two or more determine the stiffness."""
-    plate: Triple = option((-0.045, 0.0, 0.0), "m", fixed=TOUCHED)
+    plate: _Triple = option((-0.045, 0.0, 0.0), "m", fixed=TOUCHED)
     """About where the plate's upper side has its middle, base frame [m]."""
-    rod: Triple = option((0.03, -0.04, 0.04), "m", fixed=TOUCHED)
+    rod: _Triple = option((0.03, -0.04, 0.04), "m", fixed=TOUCHED)
     """About where the middle of the rod's axis, or of an edge, is, base frame [m]."""
-    rod_direction: Triple = option((1.0, 0.0, 0.0), fixed=TOUCHED)
+    rod_direction: _Triple = option((1.0, 0.0, 0.0), fixed=TOUCHED)
     """Direction of the rod, base frame."""
-    ball: Triple = option((0.03, 0.04, 0.04), "m", fixed=TOUCHED)
+    ball: _Triple = option((0.03, 0.04, 0.04), "m", fixed=TOUCHED)
     """About where the middle of the ball, or the point of a needle, is, base frame [m]."""
     radii: tuple[float, float] = option((0.002, 0.002), "m", fixed=TOUCHED, bound="not negative")
     """Radii of rod and ball [m], as a caliper reads them; 0 for a sharp edge or a needle."""
@@ -89,7 +89,7 @@ class TipCalibrationConfig(ContactOptions):
     within 1 mm along each axis, tilt of 3 degrees, stiffness half to twice. Simulation only, as the next ones."""
     size_error: float = option(0.0, fixed=TOUCHED, within=(-LARGEST_ERROR, LARGEST_ERROR), remark="; 0.05 is 5 %")
     """How much larger the simulated tip is than typed, relative."""
-    center_error: Triple = option((0.0, 0.0, 0.0), "m", fixed=TOUCHED)
+    center_error: _Triple = option((0.0, 0.0, 0.0), "m", fixed=TOUCHED)
     """By how much its centre is elsewhere, sensor frame [m]."""
     stiffness_ratio: float = option(1.0, fixed=TOUCHED, bound="positive")
     """How many times as stiff the simulated contact is as it is taken for."""
