@@ -298,7 +298,7 @@ def test_with_every_imperfection_on_the_same_seed_gives_the_same_run():
     assert felt_while_lowered(plan_of(config_of(robot, seed=8), robot)) != felt
     assert isinstance(again.fingers[0], SensorFinger)
     assert isinstance(one.fingers[0], SensorFinger)
-    assert again.fingers[0].sensor.bias == one.finger.sensor.bias
+    assert again.fingers[0].sensor.bias == one.fingers[0].sensor.bias
 
 
 # --- From a robot file to a simulated sensor: what is written replaces the preset's, nothing else changes ---
