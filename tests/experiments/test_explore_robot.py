@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from palpate.commands.typed_options import read_experiment
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.objects import FROM_FILE, OBJECT_SIZES
+from palpate.experiments.explore.config import FROM_FILE, OBJECT_SIZES, ExploreConfig
 from palpate.experiments.kit.config_file import config_text, experiment_in, load_overlay, read_config
 from palpate.robots.in_scene import check
 from palpate.robots.known_truth import known_scene

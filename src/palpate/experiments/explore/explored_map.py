@@ -13,7 +13,7 @@ from palpate.experiments.explore.error_budget import MapBudget
 from palpate.experiments.explore.named_shape import NamedShape, named_shape
 from palpate.experiments.explore.plan import ExplorationPlan
 from palpate.experiments.explore.reachable_surface import ReachableSurface
-from palpate.experiments.explore.scans import ActiveScan, ContourScan, Scan, TapScan
+from palpate.experiments.explore.scan import Scan
 from palpate.experiments.kit.recorded_run import ProgressCallback
 from palpate.mapping import (
     Knowledge,
@@ -258,8 +258,8 @@ def explored_map(
         progress: Called with the name of each step.
     """
     progress("fitting the map")
-    config, scan, line = plan.config, plan.scan, isinstance(plan.scan, ContourScan)
-    rows = _neighbour_distance(cloud, scan, config.gap)
+    config, scan, line = plan.config, plan.scan, plan.scan.kind == "contour"
+    rows = _neighbour_distance(cloud, scan)
     usual = SurfaceModel()  # normals that the sensor's calibration tilts from row to row are no relief
     model = replace(usual, tilt=max(usual.tilt, budget.tilt))
     surface = SurfaceMap.learned(cloud, MapSettings.for_rows(rows, model=model, bias=budget.total))
@@ -367,20 +367,14 @@ def _stiffness(
     return stiffness_layer(found, mesh.vertices, math.hypot(0.25 * window, rows))
 
 
-def _neighbour_distance(cloud: TouchCloud, scan: Scan, gap: float) -> float:
+def _neighbour_distance(cloud: TouchCloud, scan: Scan) -> float:
     """Return the distance on the surface of the rows or taps that make a map [m].
 
     A contour is one line: its map is a ribbon, as wide as that of one row of many.
     """
-    match scan:
-        case ContourScan():
-            return gap
-        case TapScan():
-            return tap_distance(cloud, gap)
-        case ActiveScan():
-            return row_distance(cloud, scan.prior)
-        case _:
-            return row_distance(cloud, gap)
+    if scan.kind == "contour":
+        return scan.row_gap
+    return (tap_distance if scan.kind == "taps" else row_distance)(cloud, scan.row_gap)
 
 
 def tap_distance(cloud: TouchCloud, spacing: float) -> float:

@@ -10,8 +10,7 @@ from scipy.ndimage import minimum_filter
 
 from palpate.controllers.paths import Point
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.objects import FROM_FILE
+from palpate.experiments.explore.config import FROM_FILE, ExploreConfig
 from palpate.sim import SceneObject
 
 _SURVEY_EXTENTS = (0.05, 0.1, 0.25, 0.5, 1.0)

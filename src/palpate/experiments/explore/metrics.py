@@ -44,7 +44,7 @@ def _reachable(result: "ExplorationResult") -> str:
 
 def _goal(result: "ExplorationResult") -> Any:
     """Goal of an active exploration; None of others."""
-    return getattr(result.plan.scan, "goal", None)
+    return result.plan.scan.goal
 
 
 def _marks(result: "ExplorationResult") -> str:

@@ -9,7 +9,6 @@ import numpy as np
 from palpate.controllers.paths import Mark, PathEvent
 from palpate.errors import FloatArray
 from palpate.experiments.explore.explored_map import ExploredMap
-from palpate.experiments.explore.scans import TapScan
 from palpate.mapping import HeightMap, TouchCloud, height_map_triangles
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.figure import Axis, Figure, Panel, Space
@@ -205,7 +204,7 @@ def surface_figure(result: "ExplorationResult") -> Figure | None:
     if not len(result.cloud):
         return None
     found, known = result.claimed_map, result.truth.known
-    tapped = isinstance(result.plan.scan, TapScan)
+    tapped = result.plan.scan.kind == "taps"
     points, error = felt_path(result.cloud, result.point_error, dots=found is None or tapped)
     errors = (_error_colouring(ERROR_OF_POINTS, error),) if known else ()
     solids: list[Solid] = []

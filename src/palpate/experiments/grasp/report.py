@@ -239,7 +239,7 @@ def _settings(grasp: GraspResult) -> tuple[tuple[str, str], ...]:
     size = " x ".join(f"{1e3 * length:g}" for length in config.sizes)
     rubbing = "the friction plant" if rubbed_by_plant(config) else "MuJoCo"
     noise = f"noise {1e3 * config.force_noise:g} mN and {1e3 * config.moment_noise:g} mN m"
-    drift = f", drift {1e3 * config.drift:g} mN/s, seed {config.seed}"
+    drift = f", drift {1e3 * config.drift_rate:g} mN/s, seed {config.seed}"
     return (
         ("object", f"{config.object}, {size} mm, {config.mass:g} kg"),
         ("hand", f"{config.fingers} fingers"),

@@ -12,7 +12,7 @@ from palpate.experiments.kit.experiment import ExperimentDefaults
 from palpate.experiments.kit.recorded_periods import recorded_series
 from palpate.experiments.kit.recorded_run import change_rows, change_sentences
 from palpate.experiments.kit.run_report import log_row, report_of
-from palpate.experiments.regulate.config import FROM_FILES, RegulateConfig
+from palpate.experiments.regulate.config import FROM_FILES, MOUNT_DAMPING_RATIO, RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.experiments.regulate.response import SETTLING_BAND, FrequencyResponse, StepResponse
 from palpate.experiments.regulate.result import RegulationResult
@@ -203,7 +203,7 @@ def _surface_motion(config: RegulateConfig) -> str:
         return f" of {_MILLI * config.surface_amplitude:g} mm, up to {_MILLI * config.surface_speed:g} mm/s"
     if config.surface == "yielding":
         return (
-            f" on a mount of {config.mount_stiffness / 1e3:g} kN/m, damping ratio {config.mount_damping_ratio:g}, "
+            f" on a mount of {config.mount_stiffness / 1e3:g} kN/m, damping ratio {MOUNT_DAMPING_RATIO:g}, "
             f"{config.mount_mass:g} kg"
         )
     if config.surface == "leaving":

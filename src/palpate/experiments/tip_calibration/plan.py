@@ -265,7 +265,7 @@ def _setup(config: TipCalibrationConfig, robot: Robot) -> Setup:
     typed = fingertip(robot)
     if robot.file.backend.REAL and config.tip_is_other:
         raise InvalidValueError(
-            "unknown_tip, size_error, center_error, turn_error, stiffness_ratio: are for simulations; a real tip "
+            "unknown_tip, size_error, center_error, stiffness_ratio: are for simulations; a real tip "
             "is what it is: leave them out"
         )
     errors = TipErrors.of(config)
