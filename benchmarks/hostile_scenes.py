@@ -227,8 +227,11 @@ class Wall:
         planned = plan_on(target, on_robot(config, robot), robot)
         planned = replace(
             planned,
-            limits=msgspec.structs.replace(
-                planned.limits, force=1e4, impact_force=None, moment=1e3, spin_torque=1e3
+            setup=replace(
+                planned.setup,
+                limits=msgspec.structs.replace(
+                    planned.limits, force=1e4, impact_force=None, moment=1e3, spin_torque=1e3
+                ),
             ),
         )
         return evaluate(planned, carry_out(planned))

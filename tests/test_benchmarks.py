@@ -9,7 +9,6 @@ from pathlib import Path
 
 import bench
 import contact
-import metrics
 import numpy as np
 import pytest
 import surface_maps
@@ -36,6 +35,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from simulation.study import beaten_by
 
+import figures
 from palpate import Ellipsoid, contacts_from_wrenches
 from palpate.reporting.page import report_page
 from palpate.version import __version__
@@ -294,36 +294,36 @@ def test_a_benchmark_says_what_it_measures_and_runs_to_its_end(words, shown):
 # --------------------------------------------------------------------------------------------- quoted metrics
 
 
-@pytest.mark.parametrize("path", metrics.PAGES, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", figures.PAGES, ids=lambda path: path.name)
 def test_a_page_says_what_was_measured(path):
     page = path.read_text(encoding="utf-8")
-    assert metrics.BLOCK.search(page), "no table is marked"
-    assert page == metrics.made(page, metrics.read()), f"{path.name} differs from metrics.csv: run `make metrics`"
+    assert figures.BLOCK.search(page), "no table is marked"
+    assert page == figures.made(page, figures.read()), f"{path.name} differs from figures.csv: run `make figures`"
 
 
 def test_every_figure_is_quoted_and_every_table_stands_on_a_page():
     quoted = {
-        name for table in metrics.TABLES.values() for name in metrics.read().metrics if f"{{{name}}}" in table
+        name for table in figures.TABLES.values() for name in figures.read().figures if f"{{{name}}}" in table
     }
-    assert quoted == set(metrics.read().metrics)
-    pages = [path.read_text(encoding="utf-8") for path in metrics.PAGES]
-    assert {found[2] for page in pages for found in metrics.BLOCK.finditer(page)} == set(metrics.TABLES)
+    assert quoted == set(figures.read().figures)
+    pages = [path.read_text(encoding="utf-8") for path in figures.PAGES]
+    assert {found[2] for page in pages for found in figures.BLOCK.finditer(page)} == set(figures.TABLES)
 
 
 def test_the_history_ends_with_this_version_as_it_was_measured():
-    measured, last = metrics.read(), metrics.history()[-1]
+    measured, last = figures.read(), figures.history()[-1]
     assert last["version"] == measured.version == __version__
-    assert {name: metric.row[1] for name, metric in measured.metrics.items()}.items() <= last.items()
+    assert {name: metric.row[1] for name, metric in measured.figures.items()}.items() <= last.items()
 
 
 def test_a_release_has_one_row_however_often_it_is_measured(tmp_path):
-    def measured(version: str, value: float) -> metrics.Measured:
-        named = metrics.by_name([metrics.Metric("x", value, "us", "", "what")])
-        return metrics.Measured("2026-01-02", "a machine", version, named)
+    def measured(version: str, value: float) -> figures.Measured:
+        named = figures.by_name([figures.Figure("x", value, "us", "", "what")])
+        return figures.Measured("2026-01-02", "a machine", version, named)
 
     path = tmp_path / "history.csv"
     for version, value in (("1.0", 1.0), ("1.1", 2.0), ("1.1", 3.0)):
-        metrics.write_history(measured(version, value), path)
-    assert [(row["version"], row["x"]) for row in metrics.history(path)] == [("1.0", "1"), ("1.1", "3")]
+        figures.write_history(measured(version, value), path)
+    assert [(row["version"], row["x"]) for row in figures.history(path)] == [("1.0", "1"), ("1.1", "3")]
     measured("1.1", 0.12345).write(path)
-    assert metrics.read(path) == measured("1.1", 0.123)
+    assert figures.read(path) == measured("1.1", 0.123)

@@ -256,7 +256,7 @@ def _stepped(seed: int, scene: dict[str, Any]) -> Kept:
 
 
 def _drifted(seed: int, scene: dict[str, Any], seconds: float, drift: float, *, steady: bool) -> Kept:
-    config = GraspConfig(seed=seed, load="none", rise=seconds, drift=drift, **scene)
+    config = GraspConfig(seed=seed, load="none", rise=seconds, drift=60.0 * drift, **scene)
     # slip of the friction plant is a sum over periods: every one counts
     return keep(config, None, seconds, every=1 if scene["plant"] else 10, steady=steady)
 
@@ -275,7 +275,7 @@ def drifts(seconds: float | None, drift: float, options: argparse.Namespace) -> 
     seconds, scene = seconds or options.seconds, _scene(options)
     one = partial(_drifted, scene=scene, seconds=seconds, drift=drift, steady=options.steady)
     row = _summary("", over_seeds(one, options, first=0))
-    config = GraspConfig(load="none", rise=seconds, drift=drift, **scene)
+    config = GraspConfig(load="none", rise=seconds, drift=60.0 * drift, **scene)
     wander = wander_of(config, simulated_hand(scene["fingers"]))
     yield Listing(f"{wander.force:g} N/s and {wander.moment:g} N m/s for {seconds:g} s", KEPT_HEADS, [row])
 

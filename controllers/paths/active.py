@@ -1,7 +1,7 @@
 """Active exploration: a coarse pass, then strokes where the map is expected to err most.
 
-A Gaussian process of fixed length scale is as unsure everywhere between rows, whatever was felt. What was felt
-tells more. Along a row, detail is seen as finely as contacts lie, so the row itself says what rows some gap apart
+A Gaussian process of fixed length scale is equally uncertain everywhere between rows. The contacts contain more
+information. Along a row, detail is seen as finely as contacts lie, so the row itself says what rows some gap apart
 would miss (`missed`); a row between two others shows how well they predicted it (`innovation_error`). The first
 rows thus choose the distance of the coarse pass; later, every strip between rows has an expected error, and the
 stroke comes next that removes most of it per path length: details that were met first, and between them rows that
@@ -54,11 +54,11 @@ class Goal:
 
     Attributes:
         error: Wanted error of the map [m].
-        measure: Of which kind.
+        measure: Kind of the error.
         length: Path length of the tip, lifted or not [m].
         area: Part of the field over which `error` is wanted, between 0 and 1: the rest may stay unknown.
         time: Duration of the motion at `speed` [s]. A leg that has begun is finished.
-        speed: Of the tip along the surface [m/s]; it says how far the tip comes in `time`.
+        speed: Speed of the tip along the surface [m/s]; with `time` it bounds the path length.
     """
 
     error: float = 2e-5
@@ -84,7 +84,7 @@ class Goal:
 
 __all__ = ["meets", "reached"]
 
-SLIVER_SHARE = 0.01
+_SLIVER_SHARE = 0.01
 """Part of a field that no strip covers: rows begin and end within a stretch of where they were meant to."""
 
 
@@ -93,9 +93,9 @@ def meets(error: FloatArray, area: FloatArray, wanted: float, measure: GoalError
 
     Args:
         error: Expected in each cell, shape (n,) [m].
-        area: Of the cells, shape (n,) [m^2].
+        area: Areas of the cells, shape (n,) [m^2].
         wanted: Error [m].
-        measure: Of which kind.
+        measure: Kind of the error.
     """
     if measure is GoalError.LARGEST:
         return bool(error.max(initial=0.0) <= wanted)
@@ -108,15 +108,15 @@ def reached(
     """Return whether the goal is met over as much of the field as it asks for, the best known parts first.
 
     Args:
-        goal: What is wanted.
+        goal: Goal of the exploration.
         margin: Part of the goal's error that may be expected.
         error: Expected in each cell between two rows, shape (n,) [m].
         gap: Distance of the rows, shape (n,) [m].
-        area: Of the cells, shape (n,) [m^2].
+        area: Areas of the cells, shape (n,) [m^2].
         field: Area of the whole field [m^2].
         prior: Cells between rows farther apart than this do not count as known [m].
     """
-    wanted = goal.area * field * (1.0 - SLIVER_SHARE)
+    wanted = goal.area * field * (1.0 - _SLIVER_SHARE)
     known = gap <= prior
     if goal.area >= 1.0 and not known.all():
         return False
@@ -129,27 +129,27 @@ def reached(
     return meets(error, area, margin * goal.error, goal.measure)
 
 
-TRIED_GAPS = tuple(2e-3 * 1.15**k for k in range(40))
+_TRIED_GAPS = tuple(2e-3 * 1.15**k for k in range(40))
 """Gaps tried [m]; between two of them the error's law of the fourth power is used."""
 
-SIGNAL_RATIO = 4.0
-"""What rows miss is extrapolated from the gap at which it is this many times the goal: above noise."""
+_SIGNAL_RATIO = 4.0
+"""Expected error over the goal at the gap from which the error is extrapolated: well above noise."""
 
-MAX_MEDIANS = 3.0
+_MAX_MEDIANS = 3.0
 """Where more than this many medians would be missed there is a detail, for strokes of its own. A wave misses at
 most 1.4 medians of itself, an ellipsoid's rim twice."""
 
-RIM_ERROR_RATIO = 0.008
+_RIM_ERROR_RATIO = 0.008
 """Wanted error over curvature gap^2, for the free sides of the field: between the ends of two rows a smooth map
 goes on straight beyond the last contact, and errs by 0.02 curvature gap^2 (spheres of `benchmarks/active.py`:
 0.15 mm at R 60 mm and 20 mm). Chosen there with `--tune`, less than half of it: what is wanted here is the goal
 after a caution that interpolation needs, and this does not."""
 
-BEND_LENGTH = 5e-3
+_BEND_LENGTH = 5e-3
 """Length over which curvature is taken [m]: normals of 0.13 degrees make it uncertain by 0.6 / m there."""
 
 
-class CoarseGap:
+class _CoarseGap:
     """Remembers what rows say about gaps: that does not change."""
 
     def __init__(self, noise: TouchNoise, stretch: float, spacing: float) -> None:
@@ -162,10 +162,10 @@ class CoarseGap:
     def wanted(self, rows: list[Row], error: float, measure: GoalError, widest: float) -> float:
         """Return the distance of rows at which the error [m] is expected, at most `widest` [m]."""
         if measure is GoalError.LARGEST:
-            widest = min(widest, math.sqrt(error / (RIM_ERROR_RATIO * max(self._curvature(rows), 1e-6))))
-        for gap in TRIED_GAPS:
+            widest = min(widest, math.sqrt(error / (_RIM_ERROR_RATIO * max(self._curvature(rows), 1e-6))))
+        for gap in _TRIED_GAPS:
             typical = self.typical(rows, gap, measure)
-            if typical > SIGNAL_RATIO * error:
+            if typical > _SIGNAL_RATIO * error:
                 return min(widest, gap * math.sqrt(math.sqrt(error / typical)))
         return widest
 
@@ -173,7 +173,7 @@ class CoarseGap:
         """Return the median curvature along the rows, over enough of them to stand out of noise [1/m]."""
         bends = [np.zeros(0)]
         for row in rows:
-            step = max(round(BEND_LENGTH / self._stretch), 1)
+            step = max(round(_BEND_LENGTH / self._stretch), 1)
             if len(row) > step:
                 bends.append(np.abs(row.slope[step:] - row.slope[:-step]) / (row.u[step:] - row.u[:-step]))
         every = np.concatenate(bends)
@@ -185,7 +185,7 @@ class CoarseGap:
         every = np.concatenate(values) if values else np.zeros(0)
         if not len(every):
             return 0.0
-        usual = every[every <= MAX_MEDIANS * np.median(every)]
+        usual = every[every <= _MAX_MEDIANS * np.median(every)]
         if measure is GoalError.RMS:
             return float(np.sqrt(np.mean(usual**2)))
         return float(np.quantile(usual, 0.95))
@@ -203,23 +203,23 @@ class CoarseGap:
 
 __all__ = ["Active", "ActiveSettings", "Goal", "GoalError"]
 
-COLUMN_WIDTH = 5e-4
-"""Width of the columns in which strips are judged [m]: below the finest detail that a millimetre of path tells."""
+_COLUMN_WIDTH = 5e-4
+"""Width of the columns in which strips are judged [m]: below the finest detail that a millimetre of path shows."""
 
-ROW_TOLERANCE = 3e-4
+_ROW_TOLERANCE = 3e-4
 """Farther from its row than this the tip is still travelling to it [m]."""
 
-MAX_DETAIL_SHARE = 0.3
+_MAX_DETAIL_SHARE = 0.3
 """Part of the sum of squared errors that one detail may leave. Chosen with `benchmarks/active.py tuning`: over the
 16 local explorations of `--seeds 8` the median path length to the RMS goal is 0.70 of the best raster's with it,
 0.75 with all."""
 
-GOAL_MARGIN = 0.6
+_GOAL_MARGIN = 0.6
 """Expected error over the wanted one at which the goal counts as reached. In `benchmarks/active.py tuning
 --seeds 15`, of 27 local explorations to 0.1 mm 2 stop early with it and 3 with 1.0, the median path length is the
 same. It does not help where no row met a detail: there 0.5 mm were left and 0.01 mm expected."""
 
-OBSTACLE_DISTANCE = 3e-3
+_OBSTACLE_DISTANCE = 3e-3
 """Before a stroke the tip is lifted past places closer than this to where a leg did not end well [m]."""
 
 
@@ -235,7 +235,7 @@ class ActiveSettings:
         stretch: Contacts are averaged over it [m].
         unknown: Error expected of detail that no row met, per gap.
         caution: Factor on the gap that the first rows ask for.
-        noise: Of the contacts.
+        noise: Random errors of the contacts.
     """
 
     widest: float = 0.0201
@@ -278,7 +278,7 @@ class Active:
         settings: ActiveSettings | None = None,
         plane: PathPlane | None = None,
     ) -> None:
-        """Take the rectangle [m], what is wanted, and how to go about it."""
+        """Take the rectangle [m], the goal, and the settings."""
         self.plane = plane or PathPlane()
         self._goal = goal or Goal()
         self._settings = settings or ActiveSettings.suited(self._goal.measure)
@@ -290,12 +290,12 @@ class Active:
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """As `Strategy`."""
+        """Marks so far, in order."""
         return self._mark_recorder.marks
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """What was felt so far."""
+        """Rows so far."""
         return tuple(self._rows)
 
     @property
@@ -304,15 +304,15 @@ class Active:
         return self._stop_reason
 
     def start(self) -> None:
-        """As `Strategy`."""
+        """Forget all contacts and begin again."""
         self._stop_reason: StopReason | None = None
         own = self._settings
         self._mark_recorder = MarkRecorder()
         self._recorder = RowRecorder(own.stretch)
         self._rows: list[Row] = []
-        self._coarse_gap = CoarseGap(own.noise, own.stretch, COLUMN_WIDTH)
+        self._coarse_gap = _CoarseGap(own.noise, own.stretch, _COLUMN_WIDTH)
         self._columns = Columns(
-            *self._u, COLUMN_WIDTH, Expectation(own.noise, own.stretch, own.unknown, own.prior)
+            *self._u, _COLUMN_WIDTH, Expectation(own.noise, own.stretch, own.unknown, own.prior)
         )
         self._stroke: Leg | None = None  # to follow the present hop
         self._row: float | None = None  # v of the present stroke
@@ -326,17 +326,20 @@ class Active:
         self.path_length = 0.0
 
     def feel(self, felt: ContactPeriod) -> bool:
-        """As `Strategy`."""
+        """Record one period in contact; return whether the leg has found its end."""
         self._mark_recorder.feel(felt)
         u, v, height = self.plane.flat(felt.tip)
-        if self._row is not None and self._stroke is None and abs(v - self._row) <= ROW_TOLERANCE:
+        if self._row is not None and self._stroke is None and abs(v - self._row) <= _ROW_TOLERANCE:
             slopes = self.plane.slopes(felt.normal)
             if slopes is not None:
                 self._recorder.feel(u, height, *slopes)
         return False
 
     def next(self, ended: LegResult | None) -> Leg | None:
-        """As `Strategy`. A loss ends it; a stroke that cannot be followed is marked, and its rest left out."""
+        """Return the next leg, or None at the end.
+
+        A loss ends the exploration. A stroke that cannot be followed is marked, and its rest left out.
+        """
         if ended is not None:
             self._mark_recorder.end(ended)
             if ended.how is LegEnd.LOST:
@@ -374,12 +377,12 @@ class Active:
         for place in self._obstacles:
             u, v = place[0] - begin[0], place[1] - begin[1]
             projection = min(max(u * along[0] + v * along[1], 0.0), length)
-            if math.dist((u, v), (projection * along[0], projection * along[1])) < OBSTACLE_DISTANCE:
+            if math.dist((u, v), (projection * along[0], projection * along[1])) < _OBSTACLE_DISTANCE:
                 return False
         return True
 
     def _take_row(self) -> bool:
-        """Keep what was felt; return whether it was enough for a row."""
+        """Keep the contacts of the stroke; return whether they are enough for a row."""
         if self._row is None:
             return False
         row = self._recorder.take(self._row)
@@ -408,7 +411,7 @@ class Active:
         return None
 
     def _gap(self) -> float:
-        """Return the distance of rows that what was felt so far asks for [m]."""
+        """Return the distance of rows that the contacts so far require [m]."""
         own, goal = self._settings, self._goal
         gap = self._coarse_gap.wanted(self._rows, goal.error * own.caution**4, goal.measure, own.widest)
         return max(gap, 2.0 * own.finest)
@@ -425,7 +428,7 @@ class Active:
         open_strips = (
             ([] if self._known() else self._loud(1.0, tails=False))
             or self._whole(own.prior)
-            or self._loud(GOAL_MARGIN, tails=True)
+            or self._loud(_GOAL_MARGIN, tails=True)
             or self._whole(2.0 * own.finest)
         )
         if not open_strips:
@@ -442,7 +445,7 @@ class Active:
         tolerance = error
         if goal.measure is GoalError.RMS:
             tolerance = (
-                level * MAX_DETAIL_SHARE * goal.error**2 * (self._u[1] - self._u[0]) * (self._v[1] - self._v[0])
+                level * _MAX_DETAIL_SHARE * goal.error**2 * (self._u[1] - self._u[0]) * (self._v[1] - self._v[0])
             )
         found = self._columns.loud(goal.measure.value, error, tolerance, tails=tails)
         return [s for s in found if s.gap >= 2.0 * self._settings.finest and s.place not in self._tried]
@@ -475,4 +478,4 @@ class Active:
     def _reached(self) -> bool:
         field = (self._u[1] - self._u[0]) * (self._v[1] - self._v[0])
         error, gap, area = self._columns.cells()
-        return reached(self._goal, GOAL_MARGIN, error, gap, area, field=field, prior=self._settings.prior)
+        return reached(self._goal, _GOAL_MARGIN, error, gap, area, field=field, prior=self._settings.prior)

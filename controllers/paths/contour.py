@@ -24,7 +24,7 @@ from palpate.controllers.paths.strategy import (
 from palpate.errors import InvalidValueError, check_positive, positive
 from palpate.spatial import ZERO, Vector, add_scaled, cross, dot, norm, subtract, unit
 
-LEVEL_COS = math.cos(math.radians(1.0))
+_LEVEL_COS = math.cos(math.radians(1.0))
 """A surface closer to level than this has no direction of its own around it: noise of normals is half a degree."""
 
 
@@ -43,7 +43,7 @@ class LevelSteering:
     the height dies out over that length.
 
     Attributes:
-        plane: Its height 0 is the level that is kept.
+        plane: Plane whose height 0 is the level of the tip.
         turn: Sense of rotation.
         lookahead: [m].
     """
@@ -60,7 +60,7 @@ class LevelSteering:
         return self.plane.flat(felt.tip)[2]
 
     def direction(self, felt: ContactPeriod) -> Vector | None:
-        """As `Steering`; None where the surface is level."""
+        """Return the unit direction in which to slide; None where the surface is level."""
         return _around(felt.normal, self.plane.axis, self.turn, self.offset(felt), self.lookahead)
 
 
@@ -72,9 +72,9 @@ class EdgeSteering:
     its middle runs R sin(lean) outside: that is the offset at which the edge is followed.
 
     Attributes:
-        plane: Its axis is the normal of the face that the edge bounds.
+        plane: Plane whose axis is the normal of the face that the edge bounds.
         lean: Angle between axis and felt normal that is kept [rad], between 5 and 85 degrees.
-        radius: Of the tip near the contact [m]; turns an error of the angle into one of length.
+        radius: Radius of the tip near the contact [m]; turns an error of the angle into one of length.
         outward: Towards the edge, base frame: where to go while the face itself is felt.
         turn: Sense of rotation.
         lookahead: [m].
@@ -113,9 +113,9 @@ class EdgeSteering:
         return self.radius * (self.lean - self.plane.steepness(felt.normal))
 
     def direction(self, felt: ContactPeriod) -> Vector | None:
-        """As `Steering`."""
+        """Return the unit direction in which to slide."""
         axis = self.plane.axis
-        if dot(felt.normal, axis) > LEVEL_COS:
+        if dot(felt.normal, axis) > _LEVEL_COS:
             away = add_scaled(self.outward, -dot(self.outward, felt.normal), felt.normal)
             return unit(away)
         return _around(felt.normal, axis, self.turn, self.offset(felt), self.lookahead)
@@ -136,7 +136,7 @@ def _section(normal: Vector, axis: Vector, turn: float, above: float, lookahead:
         axis[0] * normal[1] - axis[1] * normal[0],
     )
     size = vectors.length(x, y, z)
-    if size * size < 1.0 - LEVEL_COS * LEVEL_COS:
+    if size * size < 1.0 - _LEVEL_COS * _LEVEL_COS:
         return False, normal
     along = turn / size
     # of the two tangents across the path, the one that points along the axis
@@ -154,17 +154,17 @@ def prepare_steering() -> None:
     _kernel()
 
 
-MIN_CLOSED_TURN = 1.5 * math.pi
+_MIN_CLOSED_TURN = 1.5 * math.pi
 """A simple closed curve turns by 2 pi; less than three quarters of it is a bend that passes by the beginning."""
 
-LEFT_TOLERANCES = 5.0
+_LEFT_TOLERANCES = 5.0
 """The tip must have been this many tolerances away from the beginning before it can return."""
 
-MEETING_SHARE = 0.2
+_MEETING_SHARE = 0.2
 """The beginning is where the tip first came this much of the tolerance near to the curve: one that is itself off
 by a tolerance would be passed by."""
 
-HEADING_SHARE = 0.5
+_HEADING_SHARE = 0.5
 """Headings are taken over this part of the tolerance: from period to period they would be noise."""
 
 
@@ -191,11 +191,11 @@ class Contour:
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """As `Strategy`."""
+        """Marks so far, in order."""
         return self._mark_recorder.marks
 
     def start(self) -> None:
-        """As `Strategy`."""
+        """Forget all contacts and begin again."""
         self._mark_recorder = MarkRecorder(FeatureLimits(together=0.0))
         self._next = 0
         self.closed = False
@@ -207,22 +207,22 @@ class Contour:
         self._heading: Vector | None = None
 
     def feel(self, felt: ContactPeriod) -> bool:
-        """As `Strategy`: true where the curve closes."""
+        """Record one period in contact; return True where the curve closes."""
         self._mark_recorder.feel(felt)
         if self._next < 2 or self.closed:
             return self.closed
         if self.beginning is None:
-            if abs(self._steering.offset(felt)) <= MEETING_SHARE * self._tolerance:
+            if abs(self._steering.offset(felt)) <= _MEETING_SHARE * self._tolerance:
                 self.beginning = self._last = felt.tip
             return False
         self._follow(felt.tip)
         away = norm(subtract(felt.tip, self.beginning))
-        self._left = self._left or away > LEFT_TOLERANCES * self._tolerance
-        self.closed = self._left and away <= self._tolerance and abs(self._turned) > MIN_CLOSED_TURN
+        self._left = self._left or away > _LEFT_TOLERANCES * self._tolerance
+        self.closed = self._left and away <= self._tolerance and abs(self._turned) > _MIN_CLOSED_TURN
         return self.closed
 
     def next(self, ended: LegResult | None) -> Leg | None:
-        """As `Strategy`."""
+        """Return the next leg, or None at the end."""
         if ended is not None:
             leg = self._legs[self._next - 1]
             height = self.plane.flat(ended.tip)[2]
@@ -242,7 +242,7 @@ class Contour:
         axis = self.plane.axis
         step = subtract(tip, last)
         size = norm(step)
-        if size < HEADING_SHARE * self._tolerance:
+        if size < _HEADING_SHARE * self._tolerance:
             return
         self.gone += size
         self._last = tip

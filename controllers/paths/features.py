@@ -15,27 +15,27 @@ from palpate.controllers.paths.strategy import ContactPeriod, LegEnd, LegResult,
 from palpate.errors import check_positive, not_negative
 from palpate.spatial import Vector, add, dot, scale, subtract
 
-STILL_ANGLE = math.radians(1.5)
+_STILL_ANGLE = math.radians(1.5)
 """A turn begins where the normal was last within so much of the anchor's: three standard deviations of one."""
 
-STILL_COS = math.cos(STILL_ANGLE)
+_STILL_COS = math.cos(_STILL_ANGLE)
 
-MIN_QUIET_LENGTH = 1e-3
+_MIN_QUIET_LENGTH = 1e-3
 """Path length of the tip without a turn after which a feature has ended [m]."""
 
-MAX_ARC = math.radians(120.0)
+_MAX_ARC = math.radians(120.0)
 """A radius is taken of no longer an arc: from its chord, which says nothing of a full turn."""
 
-RESTING_SHARE = 0.1
-"""In a concavity as sharp as the tip, the tip moves by less than this share of what the contact does."""
+_RESTING_SHARE = 0.1
+"""Largest motion of the tip over that of the contact, in a concavity as sharp as the tip."""
 
-SHARP_SHARE = 0.1
-"""A convex edge is sharp if its radius is below this share of what the tip rolled about it."""
+_SHARP_SHARE = 0.1
+"""Largest radius of a sharp convex edge over the radius of the tip's path around it."""
 
 
 @dataclass(frozen=True, slots=True)
 class FeatureLimits:
-    """What counts as a feature.
+    """Bounds of a feature.
 
     Attributes:
         turn: The normal must turn by this much [rad]: 15 degrees are thirty standard deviations of a contact's
@@ -64,7 +64,7 @@ class _Turn:
     """A turn of the normal n, in which the contact c and the tip p move.
 
     Attributes:
-        event: What it is.
+        event: Kind of the turn.
         level: The last period on the surface before it.
         begun: Where it begins.
         ended: Where it ends.
@@ -81,16 +81,16 @@ class _Turn:
 
     @property
     def radius(self) -> float:
-        """Of the surface, positive where it is convex [m]."""
-        return radius_between(self.begun.contact, self.ended.contact, self.begun, self.ended)
+        """Radius of the surface, positive where it is convex [m]."""
+        return _radius_between(self.begun.contact, self.ended.contact, self.begun, self.ended)
 
     @property
     def rolled(self) -> float:
-        """Of the path of the tip, likewise [m]."""
-        return radius_between(self.begun.tip, self.ended.tip, self.begun, self.ended)
+        """Radius of the path of the tip, positive where it is convex [m]."""
+        return _radius_between(self.begun.tip, self.ended.tip, self.begun, self.ended)
 
 
-def radius_between(a: Vector, b: Vector, begun: ContactPeriod, ended: ContactPeriod) -> float:
+def _radius_between(a: Vector, b: Vector, begun: ContactPeriod, ended: ContactPeriod) -> float:
     """Return the radius of an arc from a to b, over which the normal turned as between two periods [m]."""
     dn = subtract(ended.normal, begun.normal)
     return dot(subtract(b, a), dn) / dot(dn, dn)
@@ -102,7 +102,7 @@ class FeatureWatch:
     def __init__(self, limits: FeatureLimits | None = None) -> None:
         self._limits = limits or FeatureLimits()
         self._least_cos = math.cos(self._limits.turn)
-        self._quiet = max(self._limits.together, MIN_QUIET_LENGTH)
+        self._quiet = max(self._limits.together, _MIN_QUIET_LENGTH)
         self._anchor: ContactPeriod | None = None  # since when contact and tip do not move alike
         self._calm: ContactPeriod | None = None  # the anchor before that: not leaning over an edge yet
         self._still: ContactPeriod | None = None  # the last with the anchor's normal
@@ -112,7 +112,7 @@ class FeatureWatch:
         self._last: ContactPeriod | None = None
 
     def feel(self, felt: ContactPeriod) -> Mark | None:
-        """Take one period; return what was completed, usually nothing."""
+        """Take one period; return a completed feature, usually None."""
         last, anchor, still = self._last, self._anchor, self._still
         self._last = felt
         if last is None or anchor is None or still is None:
@@ -128,19 +128,19 @@ class FeatureWatch:
             self._since += went
             self._calm = anchor
             self._anchor = self._still = felt
-        elif cosine >= STILL_COS:
+        elif cosine >= _STILL_COS:
             self._still = felt
         if self._since > self._quiet:
             self._finish()
         return self._emit() if self._found and self._since >= self._limits.together else None
 
     def close(self) -> Mark | None:
-        """Return what is still open, at the end of a leg; then start afresh."""
+        """Return the open feature at the end of a leg; then start afresh."""
         self._finish()
         return self._emit()
 
     def leave(self) -> Mark | None:
-        """Return what is still open, and forget where the tip was: it lifts."""
+        """Return the open feature, and forget the position of the tip, which lifts."""
         mark = self.close()
         self._anchor = self._calm = self._still = self._last = None
         return mark
@@ -152,7 +152,7 @@ class FeatureWatch:
             turn = replace(turn, event=PathEvent.EDGE)
         elif -turn.radius > self._limits.contrast * abs(turn.rolled):
             middle = scale(0.5, add(felt.contact, begun.contact))
-            rests = abs(turn.rolled) < RESTING_SHARE * abs(turn.radius)
+            rests = abs(turn.rolled) < _RESTING_SHARE * abs(turn.radius)
             turn = replace(turn, event=PathEvent.TIGHT if rests else PathEvent.FILLET, position=middle)
         before = self._turning
         if turn.event is not None:
@@ -160,7 +160,7 @@ class FeatureWatch:
         if before is None or before.event is not turn.event:
             self._finish()
             self._turning = turn
-        elif before.angle + turn.angle < MAX_ARC:
+        elif before.angle + turn.angle < _MAX_ARC:
             self._turning = replace(before, ended=felt, angle=before.angle + turn.angle)
 
     def _finish(self) -> None:
@@ -188,18 +188,18 @@ class FeatureWatch:
 
 
 def _bend(turn: _Turn) -> str:
-    """Return how the surface is bent there, in words."""
+    """Return a phrase for the curvature of the surface."""
     size = 1e3 * abs(turn.radius)
     if turn.event is PathEvent.TIGHT:
         return f"concave, sharper than the tip, which touched at two points: a radius of at most {size:.2f} mm"
     if turn.event is PathEvent.FILLET:
         return f"concave, a radius of {size:.2f} mm"
-    if turn.radius < SHARP_SHARE * turn.rolled:
-        return f"convex, sharp: a radius of at most {1e3 * SHARP_SHARE * turn.rolled:.2f} mm"
+    if turn.radius < _SHARP_SHARE * turn.rolled:
+        return f"convex, sharp: a radius of at most {1e3 * _SHARP_SHARE * turn.rolled:.2f} mm"
     return f"convex, a radius of {size:.2f} mm"
 
 
-EVENTS = {
+_EVENTS = {
     LegEnd.MISSED: (PathEvent.UNREACHABLE, "nothing was met within the approach distance"),
     LegEnd.LOST: (PathEvent.LOST, "the surface was lost, and one slow bounded search did not find it"),
     LegEnd.STEEP: (PathEvent.STEEP, "steeper than what can be followed: the rest of the leg was left out"),
@@ -210,7 +210,7 @@ EVENTS = {
     LegEnd.OVERLONG: (PathEvent.OPEN, "the contour did not close within the length that was allowed"),
 }
 
-OUT_OF_REACH = "the tip could not be brought there: something an obstacle was met, or the robot's workspace ended"
+_OUT_OF_REACH = "the tip could not be brought there: something an obstacle was met, or the robot's workspace ended"
 
 
 class MarkRecorder:
@@ -234,13 +234,13 @@ class MarkRecorder:
             self._marks.append(mark)
 
     def end(self, ended: LegResult, aim: Vector | None = None) -> None:
-        """Take the end of a leg; `aim` is where it should have landed, if that was what it was for [m]."""
+        """Take the end of a leg; `aim` is the place of its landing [m], None for a leg without one."""
         mark = self._watch.leave()
         if mark is not None:
             self._marks.append(mark)
         if ended.how is LegEnd.BLOCKED and aim is not None:
-            self._marks.append(Mark(PathEvent.UNREACHABLE, aim, OUT_OF_REACH))
-        elif ended.how in EVENTS:
-            event, reason = EVENTS[ended.how]
+            self._marks.append(Mark(PathEvent.UNREACHABLE, aim, _OUT_OF_REACH))
+        elif ended.how in _EVENTS:
+            event, reason = _EVENTS[ended.how]
             self._marks.append(Mark(event, self._contact or ended.tip, reason))
         self._contact = None

@@ -52,7 +52,7 @@ class Row:
 
 
 class RowRecorder:
-    """Averages what is felt over stretches, one call per period."""
+    """Averages contacts over stretches, one call per period."""
 
     def __init__(self, stretch: float) -> None:
         """Take the length of a stretch [m]."""
@@ -75,7 +75,7 @@ class RowRecorder:
         self._hv += cross_slope
 
     def take(self, v: float) -> Row:
-        """Return what was felt since the last call, and start again."""
+        """Return the row since the last call, and start again."""
         self._close()
         row = Row.of(v, self._stretches)
         self._stretches = []
@@ -155,7 +155,7 @@ def missed_around(row: Row, gap: float, at: FloatArray, noise: float) -> FloatAr
     ends of the row repeat the last that is known; all are zero if the row is shorter than the gap.
 
     Args:
-        row: What was felt.
+        row: Means along the row.
         gap: Distance of rows [m].
         at: Evenly spaced places along it, shape (n,) [m].
         noise: Variance of `missed` from noise [m^2].

@@ -52,11 +52,11 @@ class Follow:
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """As `Strategy`."""
+        """Marks so far, in order."""
         return self._mark_recorder.marks
 
     def start(self) -> None:
-        """As `Strategy`."""
+        """Forget all contacts and begin again."""
         self._mark_recorder = MarkRecorder()
         self._arc_length = 0.0  # along the path, to where the present leg began or begins
         self._landing = False
@@ -64,13 +64,13 @@ class Follow:
         self._leave_out = self._left_out
 
     def feel(self, felt: ContactPeriod) -> bool:
-        """As `Strategy`."""
+        """Record one period in contact; return whether the leg has found its end."""
         self._mark_recorder.feel(felt)
         self._met, self._leave_out = True, self._left_out
         return False
 
     def next(self, ended: LegResult | None) -> Leg | None:
-        """As `Strategy`."""
+        """Return the next leg, or None at the end."""
         if ended is None:
             return self._land(0.0)
         aim = self.plane.base(self._at(self._arc_length), self.plane.flat(ended.tip)[2]) if self._landing else None
@@ -146,21 +146,21 @@ class Taps:
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """As `Strategy`."""
+        """Marks so far, in order."""
         return self._mark_recorder.marks
 
     def start(self) -> None:
-        """As `Strategy`."""
+        """Forget all contacts and begin again."""
         self._mark_recorder = MarkRecorder()
         self._next = 0
 
     def feel(self, felt: ContactPeriod) -> bool:
-        """As `Strategy`."""
+        """Record one period in contact; return whether the leg has found its end."""
         self._mark_recorder.feel(felt)
         return False
 
     def next(self, ended: LegResult | None) -> Leg | None:
-        """As `Strategy`."""
+        """Return the next leg, or None at the end."""
         if ended is not None:
             at = self._legs[self._next - 1].at
             self._mark_recorder.end(ended, self.plane.base(at, self.plane.flat(ended.tip)[2]))

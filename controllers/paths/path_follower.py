@@ -12,11 +12,11 @@ from palpate.controllers.paths.strategy import PathPlane, Point
 from palpate.errors import InvalidValueError, positive
 from palpate.spatial import Vector, rotate
 
-MAX_CURVE_TURN = math.radians(30.0)
+_MAX_CURVE_TURN = math.radians(30.0)
 """A corner that turns by more is a corner, at which the tip stops; by less, part of a curve."""
 
 STEERING_RATE = 5.0
-"""Rate at which an offset from the line is taken back [1/s]: a tenth of what a 100 rad/s servo allows."""
+"""Rate at which an offset from the line is taken back [1/s]: a tenth of the bandwidth of a 100 rad/s servo."""
 
 ARRIVAL_DISTANCE = 1e-4
 """A corner at which the tip stops counts as reached this close to it [m]."""
@@ -28,7 +28,7 @@ CORNER, HEADING, LENGTH, TURN, LIMIT = 0, 2, 4, 5, 6
 """Columns of a path: each corner, direction and length of the chord to it, by how much the path turns there if the
 tip does not stop [rad], and the largest speed through it [m/s]; 0: it stops."""
 
-TARGET, CURRENT = 0, 1
+TARGET, _CURRENT = 0, 1
 """Where in its state the number of the corner is to which the tip goes, and its speed [m/s]."""
 
 
@@ -47,8 +47,8 @@ class PathFollower:
 
     Attributes:
         acceleration: Largest [m/s^2].
-        path: Of `path_velocity`.
-        state: Likewise.
+        path: Corners, headings and speeds for `path_velocity`.
+        state: Target and speed for `path_velocity`.
     """
 
     def __init__(self, corners: tuple[Point, ...], acceleration: float) -> None:
@@ -65,7 +65,7 @@ class PathFollower:
             for (a, b), length in zip(pairwise(corners), lengths, strict=True)
         ]
         turns = [0.0, *(_turn(a, b) for a, b in pairwise(headings)), 0.0]
-        curved = [turn if abs(turn) < MAX_CURVE_TURN else 0.0 for turn in turns]
+        curved = [turn if abs(turn) < _MAX_CURVE_TURN else 0.0 for turn in turns]
         limits = _corner_speeds(turns, lengths, acceleration)
         chords = zip([(0.0, 0.0), *headings], [0.0, *lengths], strict=True)
         rows = zip(corners, chords, curved, limits, strict=True)
@@ -74,7 +74,7 @@ class PathFollower:
 
     def stop(self) -> None:
         """Begin again from rest: something else has moved the tip."""
-        self.state[CURRENT] = 0.0
+        self.state[_CURRENT] = 0.0
 
     @property
     def finished(self) -> bool:
@@ -99,7 +99,7 @@ def _corner_speeds(turns: list[float], lengths: list[float], acceleration: float
     limits = [0.0] * len(turns)
     for k in range(len(turns) - 2, 0, -1):
         turn = abs(turns[k])
-        if turn < MAX_CURVE_TURN:
+        if turn < _MAX_CURVE_TURN:
             curvature = 2.0 * math.tan(0.5 * turn) / min(lengths[k - 1], lengths[k])
             own = math.sqrt(acceleration / curvature) if curvature > 0.0 else math.inf
             limits[k] = min(own, math.sqrt(limits[k + 1] ** 2 + 2.0 * acceleration * lengths[k]))
@@ -128,15 +128,15 @@ def path_velocity(
             break
         state[TARGET] += 1.0
         if through == 0.0:
-            state[CURRENT] = 0.0
+            state[_CURRENT] = 0.0
             return 0.0, 0.0
     left = remaining if through > 0.0 else remaining - ARRIVAL_DISTANCE
     step = 0.5 * acceleration * period
     allowed = math.sqrt(step * step + through * through + 2.0 * acceleration * left) - step
-    state[CURRENT] = min(state[CURRENT] + acceleration * period, speed, max(allowed, MIN_CORNER_SPEED))
+    state[_CURRENT] = min(state[_CURRENT] + acceleration * period, speed, max(allowed, MIN_CORNER_SPEED))
     fastest = speed * slope
     offset = min(max(STEERING_RATE * (dy * ux - dx * uy), -fastest), fastest)
-    forward = min(state[CURRENT] * slope, math.sqrt(fastest * fastest - offset * offset))
+    forward = min(state[_CURRENT] * slope, math.sqrt(fastest * fastest - offset * offset))
     # angle of the arc against its chord, so far before the end of the chord
     length = path[k, LENGTH]
     to, behind = _near(path[k, TURN], remaining, length), _near(path[k - 1, TURN], length - remaining, length)
@@ -188,10 +188,10 @@ class Travel:
             tip: Where the tip is, base frame [m].
             to: Where to go, in the plane [m].
             height: At which to go across, above the plane [m]; a tip that is higher stays there.
-            plane: Of the path.
+            plane: Plane of the path.
             speed: [m/s].
             acceleration: [m/s^2].
-            period: Of control [s].
+            period: Control period [s].
         """
         u, v, h = plane.flat(tip)
         self.height = max(height, h)

@@ -7,7 +7,7 @@ from itertools import pairwise
 from palpate.controllers.paths.strategy import Point
 from palpate.errors import InvalidValueError, positive
 
-CLOSEST = 1e-4
+_MIN_POINT_DISTANCE = 1e-4
 """Neighbours must be farther apart [m]: as close as a corner counts as reached."""
 
 
@@ -25,9 +25,10 @@ class Waypoints:
         if len(self.points) < 2:
             raise InvalidValueError(f"the path has {len(self.points)} points: it needs at least 2")
         for a, b in pairwise(self.points):
-            if not CLOSEST < math.dist(a, b) < math.inf:
+            if not _MIN_POINT_DISTANCE < math.dist(a, b) < math.inf:
                 raise InvalidValueError(
-                    f"points {a} and {b} m: must be finite and more than {CLOSEST:g} m apart to give a direction"
+                    f"points {a} and {b} m: must be finite and more than {_MIN_POINT_DISTANCE:g} m apart to give "
+                    "a direction"
                 )
 
     @property
@@ -40,24 +41,24 @@ class Waypoints:
         return self.points
 
 
-LIKELY_MILLIMETRES = 1.0
-"""[m] So far apart nobody has rows: it is in millimetres."""
+_LIKELY_MILLIMETRES = 1.0
+"""Spacing from which on it was probably given in millimetres [m]."""
 
 
-def check_spacing(path: str, spacing: float, extent_name: str, extent: float) -> None:
+def _check_spacing(path: str, spacing: float, extent_name: str, extent: float) -> None:
     """Refuse lines that are farther apart than the path is large.
 
     Args:
-        path: Its name.
-        spacing: Of its lines [m].
-        extent_name: Of what it must not exceed, as depth.
-        extent: That [m].
+        path: Name of the path.
+        spacing: Distance of its lines [m].
+        extent_name: Name of the extent that bounds the spacing, as depth.
+        extent: Extent [m].
 
     Raises:
         InvalidValueError: They are.
     """
     if spacing > extent:
-        hint = f"; for {spacing:g} mm give {spacing / 1e3:g}" if spacing >= LIKELY_MILLIMETRES else ""
+        hint = f"; for {spacing:g} mm give {spacing / 1e3:g}" if spacing >= _LIKELY_MILLIMETRES else ""
         raise InvalidValueError(
             f"{path} spacing = {spacing:g} m: must not exceed the {extent_name} = {extent:g} m{hint}"
         )
@@ -83,7 +84,7 @@ class Raster:
         positive("raster width", self.width, "m")
         positive("raster depth", self.depth, "m")
         positive("raster spacing", self.spacing, "m")
-        check_spacing("raster", self.spacing, "depth", self.depth)
+        _check_spacing("raster", self.spacing, "depth", self.depth)
 
     @property
     def rows(self) -> int:
@@ -107,7 +108,7 @@ class Raster:
         return sum(math.dist(a, b) for a, b in pairwise(corners))
 
 
-NEWTON_STEPS = 20
+_NEWTON_STEPS = 20
 """Most steps to the angle at a length of arc; from the start below five are enough for rounding."""
 
 
@@ -131,7 +132,7 @@ class Spiral:
         positive("spiral radius", self.radius, "m")
         positive("spiral spacing", self.spacing, "m")
         positive("spiral step", self.step, "m")
-        check_spacing("spiral", self.spacing, "radius", self.radius)
+        _check_spacing("spiral", self.spacing, "radius", self.radius)
 
     @property
     def length(self) -> float:
@@ -160,7 +161,7 @@ class Spiral:
     def _angle(self, arc: float) -> float:
         """The inverse of `_arc`: convex there, so Newton's iteration from above falls steadily."""
         theta = min(arc / self._pitch, math.sqrt(2.0 * arc / self._pitch))
-        for _ in range(NEWTON_STEPS):
+        for _ in range(_NEWTON_STEPS):
             step = (self._arc(theta) - arc) / (self._pitch * math.hypot(1.0, theta))
             theta -= step
             if abs(step) <= 1e-14 * (1.0 + theta):

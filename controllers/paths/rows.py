@@ -25,15 +25,16 @@ from palpate.controllers.paths.strategy import (
 from palpate.errors import InvalidValueError, positive
 from palpate.spatial import dot
 
-MIN_SKIPPED_CELLS = 2
+_MIN_SKIPPED_CELLS = 2
 """Number of cells that are skipped at least: the tip is known to be no more exactly anywhere."""
 
-SKIP_GROWTH = 4
-"""So many times as much is left out after each failure: what was passed over is swept back if something is met."""
+_SKIP_GROWTH = 4
+"""Factor by which the skipped length grows after each failure. Skipped cells are swept afterwards if the tip meets
+the object beyond them."""
 
 
 class Cell(IntEnum):
-    """What is known of one cell of a row."""
+    """State of one cell of a row."""
 
     UNKNOWN = 0
     FELT = 1
@@ -44,13 +45,13 @@ class Cell(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class LandingSite:
+class _LandingSite:
     """One place to land.
 
     Attributes:
         row: Which.
-        cell: Of the row.
-        inwards: 1: what is still unknown lies towards larger u, -1: towards lesser u.
+        cell: Index in the row.
+        inwards: 1 if the unknown cells lie towards larger u, -1 towards smaller u.
         edge: Cell at which the run of unknown ones begins that it is for.
         probe: Whether nothing speaks for it but that nothing is known there.
     """
@@ -72,7 +73,7 @@ class CellGrid:
 
     def __init__(self, raster: Raster, left_out: float) -> None:
         """Take the raster, and how much is left out at first after a failure [m]."""
-        size = positive("left_out", left_out, "m") / MIN_SKIPPED_CELLS
+        size = positive("left_out", left_out, "m") / _MIN_SKIPPED_CELLS
         self.count = max(math.ceil(raster.width / size - 1e-9), 1)
         self.rows = tuple(v for _, v in raster.corners()[::2])
         self._size = raster.width / self.count
@@ -82,7 +83,7 @@ class CellGrid:
         self._slant = math.ceil((self._apart + left_out) / self._size)
         self._states: npt.NDArray[np.int8] = np.full((len(self.rows), self.count), Cell.UNKNOWN, np.int8)
         self._offsets = [
-            [MIN_SKIPPED_CELLS, MIN_SKIPPED_CELLS] for _ in self.rows
+            [_MIN_SKIPPED_CELLS, _MIN_SKIPPED_CELLS] for _ in self.rows
         ]  # of the next attempt, from either end of a run
 
     def row(self, v: float) -> int:
@@ -112,7 +113,7 @@ class CellGrid:
 
     def go_on(self, row: int) -> None:
         """Something was met in a row: after the next failure, little is left out again."""
-        self._offsets[row] = [MIN_SKIPPED_CELLS, MIN_SKIPPED_CELLS]
+        self._offsets[row] = [_MIN_SKIPPED_CELLS, _MIN_SKIPPED_CELLS]
 
     def stop(self, row: int, u: float, direction: int) -> None:
         """A stroke came no further than u [m]."""
@@ -122,19 +123,19 @@ class CellGrid:
         if 0 <= cell < self.count:
             self._states[row, cell] = Cell.FAILED
 
-    def give_up(self, attempt: LandingSite) -> None:
+    def give_up(self, attempt: _LandingSite) -> None:
         """An attempt has met nothing: skip what lies before it, and more of it the next time."""
         row, cell, states = attempt.row, attempt.cell, self._states[attempt.row]
         between = slice(min(attempt.edge, cell), max(attempt.edge, cell) + 1)
         if not attempt.probe:
             states[between][states[between] == Cell.UNKNOWN] = Cell.LEFT_OUT
             if cell != attempt.edge:
-                self._offsets[row][0 if attempt.inwards > 0 else 1] *= SKIP_GROWTH
+                self._offsets[row][0 if attempt.inwards > 0 else 1] *= _SKIP_GROWTH
         if states[cell] != Cell.FELT:
             states[cell] = Cell.FAILED
 
     def end_of_stroke(self, row: int, cell: int, direction: int) -> int:
-        """Return how far a stroke from a cell should go: up to what was felt before, or the field's end."""
+        """Return the last cell of a stroke from a cell: the first that was touched before, or the field's end."""
         end = cell
         while 0 <= end + direction < self.count:
             end += direction
@@ -142,7 +143,7 @@ class CellGrid:
                 break
         return end
 
-    def best(self, tip: Point, *, touching: bool) -> LandingSite | None:
+    def best(self, tip: Point, *, touching: bool) -> _LandingSite | None:
         """Return the nearest place beside which, in the next row, the surface was felt; None if there is none.
 
         Args:
@@ -154,7 +155,7 @@ class CellGrid:
         beside[1:] |= felt[:-1]
         beside[:-1] |= felt[1:]
         wanted = beside & (self._states == Cell.UNKNOWN)
-        found: list[tuple[float, LandingSite]] = []
+        found: list[tuple[float, _LandingSite]] = []
         for row in np.flatnonzero(wanted.any(axis=1)).tolist():
             padded = np.concatenate([[False], wanted[row], [False]])
             bounds = np.flatnonzero(padded[1:] != padded[:-1]).reshape(-1, 2)
@@ -164,12 +165,12 @@ class CellGrid:
                     found.append((math.dist(self.place(row, attempt.cell), tip), attempt))
         return min(found, key=lambda one: one[0])[1] if found else None
 
-    def _attempt(self, row: int, first: int, last: int, tip: Point, *, touching: bool) -> LandingSite | None:
+    def _attempt(self, row: int, first: int, last: int, tip: Point, *, touching: bool) -> _LandingSite | None:
         """Where to land in a run of cells; None if it is too short to be worth it."""
         states, length = self._states[row], last - first + 1
         ends = (first - 1, last + 1)
         failed = [0 <= k < self.count and states[k] in (Cell.FAILED, Cell.LEFT_OUT) for k in ends]
-        if length < MIN_SKIPPED_CELLS or (any(failed) and length <= self._slant):
+        if length < _MIN_SKIPPED_CELLS or (any(failed) and length <= self._slant):
             return None
         left, right = self._offsets[row]
         if left == right:
@@ -181,9 +182,9 @@ class CellGrid:
             offset = 0  # rows end there
         if offset >= length:
             offset = length // 2
-        return LandingSite(row, edge + inwards * offset, inwards, edge)
+        return _LandingSite(row, edge + inwards * offset, inwards, edge)
 
-    def hidden(self) -> LandingSite | None:
+    def hidden(self) -> _LandingSite | None:
         """Return the middle of the largest island that may still be hidden; None if it is as small as a gap."""
         tried = (self._states == Cell.FELT) | (self._states == Cell.FAILED)
         outside = np.pad(~tried, 1)  # an island ends with the field
@@ -191,7 +192,7 @@ class CellGrid:
         row, cell = (int(k) for k in np.unravel_index(int(distance.argmax()), distance.shape))
         if distance[row, cell] <= self._apart:
             return None
-        return LandingSite(row, cell, 1 if 2 * cell < self.count else -1, cell, probe=True)
+        return _LandingSite(row, cell, 1 if 2 * cell < self.count else -1, cell, probe=True)
 
     def patience(self) -> int:
         """Return how often to probe in vain: as the logarithm of how much is unknown."""
@@ -199,7 +200,7 @@ class CellGrid:
         return math.ceil(math.log2(1.0 + unknown))
 
 
-ROLL_ANGLE = math.radians(35.0)
+_ROLL_ANGLE = math.radians(35.0)
 """A tip that rolled so far over an edge turns round. Less is a crease, beyond which the surface may go on. Until
 it rests it rolls on by 15 degrees (20 mm/s, 4 mm tip, 20 ms lag, 0.5 m/s^2), to where a stroke may still begin."""
 
@@ -209,7 +210,7 @@ class _Edge:
 
     def __init__(self) -> None:
         self._limits = FeatureLimits()
-        self._least_cos = math.cos(ROLL_ANGLE)
+        self._least_cos = math.cos(_ROLL_ANGLE)
         self._anchor: ContactPeriod | None = None
 
     def feel(self, felt: ContactPeriod) -> bool:
@@ -225,7 +226,7 @@ class _Edge:
 
 
 class _Stage(Enum):
-    """What the present leg is for."""
+    """Purpose of the present leg."""
 
     LANDING = auto()
     OUTWARDS = auto()
@@ -261,8 +262,8 @@ class RasterRows:
         """Take the field.
 
         Args:
-            raster: Its rows.
-            plane: Of the path.
+            raster: Rows of the field.
+            plane: Plane of the path.
             begin: Where to land first [m]; the raster's first corner, if not given.
             left_out: How far inwards of a rim the tip lands [m].
 
@@ -279,11 +280,11 @@ class RasterRows:
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """As `Strategy`."""
+        """Marks so far, in order."""
         return self._mark_recorder.marks
 
     def start(self) -> None:
-        """As `Strategy`."""
+        """Forget all contacts and begin again."""
         self._mark_recorder = MarkRecorder()
         self._field = CellGrid(self._raster, self._left_out)
         self._doing = _Stage.LANDING
@@ -296,7 +297,7 @@ class RasterRows:
         self._vain = 0  # attempts before anything was met, later probes since
 
     def feel(self, felt: ContactPeriod) -> bool:
-        """As `Strategy`."""
+        """Record one period in contact; return whether the leg has found its end."""
         self._mark_recorder.feel(felt)
         u, v, _ = self.plane.flat(felt.tip)
         self._found = self._met = True
@@ -306,7 +307,7 @@ class RasterRows:
         return self._turned
 
     def next(self, ended: LegResult | None) -> Leg | None:
-        """As `Strategy`."""
+        """Return the next leg, or None at the end."""
         if ended is None:
             return self._land(self._begin)
         u, v, height = self.plane.flat(ended.tip)
@@ -367,10 +368,10 @@ class RasterRows:
             return Stroke((place, field.place(attempt.row, self._end(attempt.inwards))))
         return self._land(place)
 
-    def _at(self, place: Point) -> LandingSite:
+    def _at(self, place: Point) -> _LandingSite:
         """An attempt without a preferred place."""
         row, cell = self._field.row(place[1]), self._field.cell(place[0])
-        return LandingSite(row, cell, 1 if 2 * cell < self._field.count else -1, cell, probe=True)
+        return _LandingSite(row, cell, 1 if 2 * cell < self._field.count else -1, cell, probe=True)
 
     def _land(self, place: Point) -> Leg:
         self._doing, self._aim, self._found = _Stage.LANDING, place, False

@@ -22,22 +22,22 @@ from palpate.controllers.small_vectors import length
 from palpate.errors import positive
 from palpate.spatial import ZERO, Vector, add_scaled, dot, scale
 
-WATCHED_TIME = 0.5
-"""Stretches of this length are looked at [s]: ten times what a servo takes to start and to turn round."""
+_WATCHED_TIME = 0.5
+"""Duration of the stretches in which progress is checked [s]: a servo starts or turns round in a tenth of it."""
 
-MIN_PROGRESS = 0.1
+_MIN_PROGRESS = 0.1
 """Least share of the commanded distance that a moving tip covers; a blocked one covers none of it."""
 
-KNOWN, LAST, DIRECTION, SPEED, COMMANDED, COVERED, COUNT, STALLED, DISTANCE = 0, 1, 4, 7, 8, 9, 10, 11, 12
+KNOWN, _LAST, _DIRECTION, SPEED, _COMMANDED, _COVERED, _COUNT, _STALLED, _DISTANCE = 0, 1, 4, 7, 8, 9, 10, 11, 12
 """Where in its state what is kept: whether a place of the tip is known, this, and what was commanded from there
 on."""
 
 
-class Progress:
+class _Progress:
     """Adds up the distance of the tip in the commanded direction, in which noise of its position cancels.
 
     Attributes:
-        state: Of `advance` and `command`.
+        state: State of `advance` and `command`.
     """
 
     def __init__(self, period: float) -> None:
@@ -48,16 +48,16 @@ class Progress:
     @property
     def distance(self) -> float:
         """Covered so far [m]."""
-        return float(self.state[DISTANCE])
+        return float(self.state[_DISTANCE])
 
     @property
     def stalled(self) -> bool:
         """Whether the tip made no progress in the last stretch."""
-        return bool(self.state[STALLED])
+        return bool(self.state[_STALLED])
 
     def rest(self) -> None:
         """The tip was moved otherwise: look at a new stretch."""
-        self.state[:DISTANCE] = 0.0
+        self.state[:_DISTANCE] = 0.0
 
     def step(self, tip: Vector) -> None:
         """Take where the tip is [m]."""
@@ -70,30 +70,30 @@ class Progress:
 
 @njit(cache=True)
 def advance(state: Any, period: float, tip: Vector) -> None:
-    """See `Progress.step`."""
+    """See `_Progress.step`."""
     covered = 0.0
     for i in range(3):
-        covered += (tip[i] - state[LAST + i]) * state[DIRECTION + i]
-        state[LAST + i] = tip[i]
+        covered += (tip[i] - state[_LAST + i]) * state[_DIRECTION + i]
+        state[_LAST + i] = tip[i]
     if state[KNOWN] == 0.0:
         state[KNOWN] = 1.0
         return
-    state[DISTANCE] += covered
-    state[COVERED] += covered
-    state[COMMANDED] += state[SPEED] * period
-    state[COUNT] += 1.0
-    if state[COUNT] == max(1.0, np.rint(WATCHED_TIME / period)):
-        state[STALLED] = 1.0 if state[COVERED] < MIN_PROGRESS * state[COMMANDED] else 0.0
-        state[COMMANDED] = state[COVERED] = state[COUNT] = 0.0
+    state[_DISTANCE] += covered
+    state[_COVERED] += covered
+    state[_COMMANDED] += state[SPEED] * period
+    state[_COUNT] += 1.0
+    if state[_COUNT] == max(1.0, np.rint(_WATCHED_TIME / period)):
+        state[_STALLED] = 1.0 if state[_COVERED] < _MIN_PROGRESS * state[_COMMANDED] else 0.0
+        state[_COMMANDED] = state[_COVERED] = state[_COUNT] = 0.0
 
 
 @njit(cache=True)
 def command(state: Any, velocity: Vector) -> None:
-    """See `Progress.command`."""
+    """See `_Progress.command`."""
     speed = length(velocity[0], velocity[1], velocity[2])
     state[SPEED] = speed
     for i in range(3):
-        state[DIRECTION + i] = 1.0 / speed * velocity[i] if speed > 0.0 else 0.0
+        state[_DIRECTION + i] = 1.0 / speed * velocity[i] if speed > 0.0 else 0.0
 
 
 @cache
@@ -102,16 +102,16 @@ def _kernels() -> tuple[Any, Any]:
     return machine_code(advance, state, 0.0, ZERO), machine_code(command, state, ZERO)
 
 
-MAX_SLOPE = math.radians(70.0)
+_MAX_SLOPE = math.radians(70.0)
 """Steepest slope on which a stroke is followed [rad]: beyond it a path given along the axis makes no progress, and
 a tip that came over an edge would slide down the side for ever."""
 
-LEAST_COS = math.cos(MAX_SLOPE)
+_LEAST_COS = math.cos(_MAX_SLOPE)
 
-DWELL_TIME = 0.1
-"""How long a touch rests on the surface after it has settled [s]: what is felt meanwhile goes into the map."""
+_DWELL_TIME = 0.1
+"""Rest of a touch on the surface after it has settled [s]; its contacts go into the map."""
 
-START_TOLERANCE = 2e-3
+_START_TOLERANCE = 2e-3
 """A tip farther than this from where its stroke should begin goes to it in a straight line from where it is [m];
 one that is nearer steers back to the stroke's own first line."""
 
@@ -123,7 +123,7 @@ class Slide(Protocol):
         """Return the velocity along the surface for the next period [m/s], or how the leg has ended.
 
         Args:
-            felt: What is felt.
+            felt: Contact of this period.
             ahead: The object's outward normal that is expected when the velocity acts.
             speed: Wanted along the surface [m/s].
         """
@@ -134,7 +134,7 @@ class Slide(Protocol):
         ...
 
 
-class StrokeSlide:
+class _StrokeSlide:
     """Along a polygon, seen along the plane's axis. A `Slide`."""
 
     def __init__(self, stroke: Stroke, begin: Point, plane: PathPlane, acceleration: float, period: float) -> None:
@@ -147,7 +147,7 @@ class StrokeSlide:
         self._follower = PathFollower(tuple(corners), acceleration) if len(corners) > 1 else None
         self._plane, self._period = plane, period
         self._frame = np.array([*plane.rotation_base_plane, plane.origin])
-        self._progress = Progress(period)
+        self._progress = _Progress(period)
 
     def stop(self) -> None:
         """See `Slide`."""
@@ -159,7 +159,7 @@ class StrokeSlide:
         """See `Slide`: the path's velocity, raised or lowered so that it lies in the tangent plane."""
         follower = self._follower
         if follower is None:
-            return LegEnd.STEEP if dot(ahead, self._plane.axis) < LEAST_COS else LegEnd.REACHED
+            return LegEnd.STEEP if dot(ahead, self._plane.axis) < _LEAST_COS else LegEnd.REACHED
         end, along = _stroke()(
             self._frame,
             follower.path,
@@ -197,10 +197,10 @@ def _stroke_velocity(
     nu = x[0] * normal[0] + y[0] * normal[1] + z[0] * normal[2]
     nv = x[1] * normal[0] + y[1] * normal[1] + z[1] * normal[2]
     nh = x[2] * normal[0] + y[2] * normal[1] + z[2] * normal[2]
-    if nh < LEAST_COS:  # beside the object, or over its edge
+    if nh < _LEAST_COS:  # beside the object, or over its edge
         return 1, ZERO
     advance(progress, period, tip)
-    if progress[STALLED]:
+    if progress[_STALLED]:
         return 2, ZERO
     p, q, r = tip[0] - frame[3, 0], tip[1] - frame[3, 1], tip[2] - frame[3, 2]
     place = (x[0] * p + y[0] * q + z[0] * r, x[1] * p + y[1] * q + z[1] * r)
@@ -224,18 +224,18 @@ def _stroke_velocity(
 def _stroke() -> Any:
     path, state = np.zeros((2, 7)), np.zeros(2)
     return machine_code(
-        _stroke_velocity, np.zeros((4, 3)), path, state, 0.0, Progress(1.0).state, 0.0, ZERO, ZERO, 0.0
+        _stroke_velocity, np.zeros((4, 3)), path, state, 0.0, _Progress(1.0).state, 0.0, ZERO, ZERO, 0.0
     )
 
 
-class CircuitSlide:
+class _CircuitSlide:
     """Where the surface leads, at any slope. A `Slide`."""
 
     def __init__(self, circuit: Circuit, acceleration: float, period: float) -> None:
         """Take the leg and the largest acceleration along the surface [m/s^2]."""
         self._circuit = circuit
         self._most_change = positive("acceleration", acceleration, "m/s^2") * period
-        self._progress = Progress(period)
+        self._progress = _Progress(period)
         self._current = 0.0
 
     def stop(self) -> None:
@@ -259,12 +259,12 @@ class CircuitSlide:
         return along
 
 
-class Dwell:
-    """Rests where the tip is, for `DWELL_TIME`. A `Slide`."""
+class _Dwell:
+    """Rests where the tip is, for `_DWELL_TIME`. A `Slide`."""
 
     def __init__(self, period: float) -> None:
         """Take the control period [s]."""
-        self._left = round(DWELL_TIME / period)
+        self._left = round(_DWELL_TIME / period)
 
     def stop(self) -> None:
         """See `Slide`."""
@@ -279,7 +279,7 @@ def prepare() -> None:
     """Compile what slides and flights would otherwise wait for in their first period."""
     a_line = PathFollower(((0.0, 0.0), (1.0, 0.0)), 1.0)
     a_line.velocity((0.0, 0.0), 1.0, 1.0, 1.0)
-    progress = Progress(1.0)
+    progress = _Progress(1.0)
     progress.step(ZERO)
     progress.command(ZERO)
     _stroke()
@@ -300,14 +300,14 @@ def slide(
         leg: Which.
         begin: Where the leg before it should have ended, in the plane [m].
         tip: Where the tip is, in the plane [m].
-        plane: Of the path.
+        plane: Plane of the path.
         acceleration: Largest along the surface [m/s^2].
-        period: Of control [s].
+        period: Control period [s].
     """
     if isinstance(leg, Stroke):
-        return StrokeSlide(
-            leg, begin if math.dist(begin, tip) <= START_TOLERANCE else tip, plane, acceleration, period
+        return _StrokeSlide(
+            leg, begin if math.dist(begin, tip) <= _START_TOLERANCE else tip, plane, acceleration, period
         )
     if isinstance(leg, Circuit):
-        return CircuitSlide(leg, acceleration, period)
-    return Dwell(period)
+        return _CircuitSlide(leg, acceleration, period)
+    return _Dwell(period)

@@ -12,7 +12,7 @@ from palpate.spatial import IDENTITY, ZERO, Matrix, Vector, add, dot, rotate, ro
 Point = tuple[float, float]
 """(u, v) in the plane of the path [m]; in the default plane x and y of the base."""
 
-MIN_NORMAL_COS = 0.05
+_MIN_NORMAL_COS = 0.05
 """Least cosine between normal and axis for which a slope is given: 87 degrees; a height is no function beyond."""
 
 
@@ -50,7 +50,7 @@ class PathPlane:
     def slopes(self, normal: Vector) -> Point | None:
         """Return (dh/du, dh/dv) of a surface with this outward normal (base); None where it is too steep."""
         u, v, h = rotate_back(self.rotation_base_plane, normal)
-        return None if h < MIN_NORMAL_COS else (-u / h, -v / h)
+        return None if h < _MIN_NORMAL_COS else (-u / h, -v / h)
 
     def steepness(self, normal: Vector) -> float:
         """Return the angle between the outward normal (base) and the axis [rad]."""
@@ -74,7 +74,7 @@ class ContactPeriod:
 
 
 class PathEvent(StrEnum):
-    """What happened on a path."""
+    """Event on a path."""
 
     EDGE = "edge"
     """The tip rolled over a convex edge: the contact hardly moved while the normal turned."""
@@ -87,7 +87,7 @@ class PathEvent(StrEnum):
     FILLET = "fillet"
     """A concavity little wider than the tip, which followed it."""
     STEEP = "steep"
-    """Steeper than what can be followed: the rest of the leg was left out."""
+    """Too steep to follow: the rest of the leg was left out."""
     LOST = "lost"
     """The surface was lost and not found again by one slow bounded search."""
     UNREACHABLE = "unreachable"
@@ -103,11 +103,11 @@ class Mark:
     """One event, for the map.
 
     Attributes:
-        event: What it was.
+        event: Kind of the event.
         position: Where, base frame [m]: the contact if there was one, otherwise the tip's origin.
         reason: A sentence for the report.
-        radius: Of the surface across an edge or a concavity, positive where it is convex [m]; NaN where none was
-            felt. Of a concavity sharper than the tip, minus the tip's: it is smaller than that.
+        radius: Radius of the surface across an edge or a concavity, positive where it is convex [m]; NaN if
+            unknown. For a concavity sharper than the tip it is minus the radius of the tip, a bound.
     """
 
     event: PathEvent
@@ -144,7 +144,7 @@ class Hop:
 
 @dataclass(frozen=True, slots=True)
 class Stroke:
-    """Slide in contact along a polygon, from wherever the tip is to its first corner and on.
+    """Slide in contact along a polygon, from the present place of the tip to its first corner and on.
 
     A tip that is off the surface first lands where it is. A lost surface is sought once per leg.
 
@@ -177,7 +177,7 @@ class SingleTouch:
 
 @dataclass(frozen=True, slots=True)
 class Circuit:
-    """Slide in contact wherever the surface leads: the direction comes from what is felt.
+    """Slide in contact along the surface: the direction comes from the contact.
 
     Attributes:
         steering: Gives the direction in every period.
@@ -217,7 +217,7 @@ class LegResult:
     """The end of a leg.
 
     Attributes:
-        how: As it says.
+        how: Way in which the leg ended.
         tip: Where the tip is now, base frame [m].
     """
 
@@ -226,7 +226,7 @@ class LegResult:
 
 
 class Strategy(Protocol):
-    """Decides leg by leg where the tip goes, from what it felt.
+    """Decides on the path of the tip leg by leg, from its contacts.
 
     A controller calls `feel` in every period in which the tip sweeps or a touch rests (microseconds), and `next`
     between legs, when the tip is commanded to rest: on the surface under force control, or lifted. (After a loss
@@ -253,7 +253,7 @@ class Strategy(Protocol):
     def feel(self, felt: ContactPeriod) -> bool:
         """Take one period in contact; return whether the present leg has now found its end.
 
-        It is not called during landings, which settle and do not sweep.
+        The controller does not call `feel` during landings, which settle and do not sweep.
         """
         ...
 
@@ -261,6 +261,6 @@ class Strategy(Protocol):
         """Return the next leg, or None at the end.
 
         Args:
-            ended: What came of the last leg; None at the beginning.
+            ended: Result of the last leg; None at the beginning.
         """
         ...

@@ -1,4 +1,4 @@
-"""The unfelt strips between rows, and what a stroke along them is worth."""
+"""Strips between rows without contacts, and the worth of a stroke along each."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,15 +9,15 @@ import numpy.typing as npt
 from palpate.controllers.paths.felt_rows import CROSS_WEIGHT, Row, TouchNoise, missed_around
 from palpate.errors import FloatArray
 
-MAX_DISTANCE_RATIO = 2.0
+_MAX_DISTANCE_RATIO = 2.0
 """Most that one distance counts over the other: beyond it noise would be blown up."""
 
-INNOVATION_RATIO = 8.0
+_INNOVATION_RATIO = 8.0
 """Ratio of the prediction error of a row to what then remains between it and its neighbours, at equal distances.
 By the law above 16; but a detail as narrow as the gap does not follow it yet, and a seam would be left half
 felt."""
 
-SAME_ROW_DISTANCE = 1e-4
+_SAME_ROW_DISTANCE = 1e-4
 """Rows closer than this [m] are the same row twice."""
 
 
@@ -43,8 +43,8 @@ def innovation_error(
         height: On the columns, shape (n, m) [m].
         cross_slope: dh/dv, shape (n, m).
         below: The next row below that covers the column, -1: none or not covered; shape (n, m).
-        noise: Of the contacts.
-        width: Of columns [m].
+        noise: Random errors of the contacts.
+        width: Width of the columns [m].
     """
     n, m = height.shape
     left = np.zeros((n, m))
@@ -53,7 +53,9 @@ def innovation_error(
     middle = below[upper, at]
     lower = below[middle, at]
     # two strokes may share a line where they overlap by a stretch: they say nothing of each other
-    inner = (lower >= 0) & (v[middle] - v[lower] > SAME_ROW_DISTANCE) & (v[upper] - v[middle] > SAME_ROW_DISTANCE)
+    inner = (
+        (lower >= 0) & (v[middle] - v[lower] > _SAME_ROW_DISTANCE) & (v[upper] - v[middle] > _SAME_ROW_DISTANCE)
+    )
     upper, middle, lower, at = upper[inner], middle[inner], lower[inner], at[inner]
     if not len(upper):
         return left
@@ -75,9 +77,9 @@ def innovation_error(
     count = np.concatenate([np.zeros((n, 1)), np.cumsum(known, axis=1)], axis=1)
     begin, end = np.maximum(column - half, 0), np.minimum(column + half + 1, m)
     mean = (total[:, end] - total[:, begin]) / np.maximum(count[:, end] - count[:, begin], 1.0)
-    error = np.sqrt(np.maximum(mean, 0.0))[middle, at] / INNOVATION_RATIO
-    np.maximum.at(left, (middle, at), error * np.minimum(a / b, MAX_DISTANCE_RATIO) ** 2)
-    np.maximum.at(left, (upper, at), error * np.minimum(b / a, MAX_DISTANCE_RATIO) ** 2)
+    error = np.sqrt(np.maximum(mean, 0.0))[middle, at] / _INNOVATION_RATIO
+    np.maximum.at(left, (middle, at), error * np.minimum(a / b, _MAX_DISTANCE_RATIO) ** 2)
+    np.maximum.at(left, (upper, at), error * np.minimum(b / a, _MAX_DISTANCE_RATIO) ** 2)
     return left
 
 
@@ -91,39 +93,39 @@ def _hermite(
     return value, slope
 
 
-ERROR_THRESHOLD = 0.35
+_ERROR_THRESHOLD = 0.35
 """A stroke of its own covers where the error is above this part of the strip's largest: the test over a gap rings
 for a gap beside a detail, more weakly. Measured by `benchmarks/active.py`."""
 
-DETECTION_RATIO = 4.0
+_DETECTION_RATIO = 4.0
 """Variance over that of noise, from which on something was felt: twice the deviation, over several stretches."""
 
-DETAIL_RATIO = 3.0
-"""Times what is usual in its row, from which on it is a detail and not how the surface is everywhere."""
+_DETAIL_RATIO = 3.0
+"""Error over the usual one of its row from which on it is a detail, and no property of the whole surface."""
 
-HIDDEN_ERROR_RATIO = 0.02
+_HIDDEN_ERROR_RATIO = 0.02
 """Error expected of a detail of which only the flank was felt, per gap. Chosen with `benchmarks/active.py tuning`:
 over `--seeds 15` the median path length to 0.1 mm on local detail is 0.64 of the best raster's with it, 0.77
 without."""
 
-FLANK_GAP = 3.3e-3
+_FLANK_GAP = 3.3e-3
 """Strips wider than this may hide a detail of which a row felt the flank only [m]: a raised cosine 2 mm wide ends
 2 mm from its middle, so 1.7 mm to both sides of it a row feels a fortieth of it."""
 
-TAIL_GAPS = 0.5
+_TAIL_GAPS = 0.5
 """How far from a closer row's end the test over a gap rings, in gaps."""
 
-MIN_SPACING = 1.2e-3
-"""A detail never asks for closer rows at once [m]: two stretches of path tell no more."""
+_MIN_SPACING = 1.2e-3
+"""Minimum distance of rows that a detail requires at once [m]: two stretches of path."""
 
-MAX_ROWS = 6
-"""Nor for more rows in one gap: what a row says of a far smaller gap is noise."""
+_MAX_ROWS = 6
+"""Maximum number of rows that a detail requires in one gap: at far smaller gaps a row shows noise."""
 
-STROKE_MARGIN = 0.05
+_STROKE_MARGIN = 0.05
 """How much farther to each side than the loud part of a strip its stroke goes, in gaps. From
 `benchmarks/active.py tuning`."""
 
-FLANK_MARGIN = 0.6
+_FLANK_MARGIN = 0.6
 """The same for a stroke that goes less than half a gap from a row, in its distance: the loud part then ends on the
 flanks of the detail, and a stroke that ends there misleads the map."""
 
@@ -169,7 +171,7 @@ class Expectation:
     """Parameters from which the error between rows is expected.
 
     Attributes:
-        noise: Of the contacts.
+        noise: Random errors of the contacts.
         stretch: Over which contacts are averaged [m].
         unknown: Error expected of detail that no row met, per gap: a strip as wide as the field must hold
             something, a narrow one hardly.
@@ -229,16 +231,16 @@ class Columns:
             here = below[high] == low
             gap = float(self._v[high] - self._v[low])
             along = np.maximum(self._along_row(low, gap), self._along_row(high, gap))
-            if gap > FLANK_GAP:
+            if gap > _FLANK_GAP:
                 flank = self._flank(low) | self._flank(high)
-                along = np.where(flank, np.maximum(along, HIDDEN_ERROR_RATIO * gap), along)
+                along = np.where(flank, np.maximum(along, _HIDDEN_ERROR_RATIO * gap), along)
             error[high, here] = np.maximum(error[high, here], along[here])
             self._mark_tails(tails[high], error[high], here, gap)
         self._error = error
         self._firm = np.where(tails, 0.0, error)
 
     def whole(self, power: float) -> list[Strip]:
-        """Return strips between two rows, with what was felt within them: what they may hide is their worth."""
+        """Return whole strips between two rows; their worth is the error of a detail that they may hide."""
         found: list[Strip] = []
         for high, low in self._pairs():
             here = self._below[high] == low
@@ -257,7 +259,7 @@ class Columns:
         Args:
             power: With which errors count.
             threshold: Error that is much [m].
-            tolerance: What a detail may leave: its largest error [m]; for power 2 the sum of its squared errors
+            tolerance: Error that a detail may leave: its largest [m]; for power 2 the sum of its squared errors
                 over the area [m^4].
             tails: Also where the error is likely to be the ringing of a detail that has closer rows already.
         """
@@ -270,7 +272,7 @@ class Columns:
             for begin, end in _runs(self._below[high] == low, 1):
                 inside = np.zeros(len(error), bool)
                 inside[begin:end] = error[begin:end] > max(
-                    threshold, ERROR_THRESHOLD * float(error[begin:end].max())
+                    threshold, _ERROR_THRESHOLD * float(error[begin:end].max())
                 )
                 # what lies between two loud places closer than the gap is worth the distance between them
                 for first, last in _runs(inside, max(int(gap / step), 1)):
@@ -296,7 +298,7 @@ class Columns:
         gap, inside = float(self._v[high] - self._v[low]), slice(*part)
         breadth = min(self._width * (part[1] - part[0]), gap)  # taken to be as broad as it is long
         count = 2
-        while count < MAX_ROWS and gap / count > MIN_SPACING:
+        while count < _MAX_ROWS and gap / count > _MIN_SPACING:
             left = np.maximum(self._along_row(low, gap / count), self._along_row(high, gap / count))[inside]
             rest = float(left.max()) if power > 2.0 else float((left**2).sum()) * self._width * breadth
             if rest <= tolerance:
@@ -304,27 +306,27 @@ class Columns:
             count += 1
         if count == 2:
             middle = 0.5 * float(self._v[low] + self._v[high])
-            return self._strip(low, high, part, worth, middle, STROKE_MARGIN * gap)
+            return self._strip(low, high, part, worth, middle, _STROKE_MARGIN * gap)
         step = gap / count
         below, above = self._along_row(low, 2.0 * step)[inside], self._along_row(high, 2.0 * step)[inside]
         up = float((below**2).sum()) >= float((above**2).sum())
         felt = below if up else above
-        loud = np.flatnonzero(felt > ERROR_THRESHOLD * felt.max())
+        loud = np.flatnonzero(felt > _ERROR_THRESHOLD * felt.max())
         if len(loud):
             part = (part[0] + int(loud[0]), part[0] + int(loud[-1]) + 1)
         v = float(self._v[low]) + step if up else float(self._v[high]) - step
-        return self._strip(low, high, part, worth, v, FLANK_MARGIN * step)
+        return self._strip(low, high, part, worth, v, _FLANK_MARGIN * step)
 
     def _mark_tails(
         self, tail: npt.NDArray[np.bool_], error: FloatArray, here: npt.NDArray[np.bool_], gap: float
     ) -> None:
         """Mark where the error falls off from the end of a closer row: the detail is there, not here."""
-        band = max(int(TAIL_GAPS * gap / self._width), 1)
+        band = max(int(_TAIL_GAPS * gap / self._width), 1)
         for begin, end in _runs(here, 1):
             stop, start = min(begin + band, end), max(end - band, begin)
-            if begin > 0 and error[stop - 1] <= ERROR_THRESHOLD * error[begin]:
+            if begin > 0 and error[stop - 1] <= _ERROR_THRESHOLD * error[begin]:
                 tail[begin:stop] = True
-            if end < len(error) and error[start] <= ERROR_THRESHOLD * error[end - 1]:
+            if end < len(error) and error[start] <= _ERROR_THRESHOLD * error[end - 1]:
                 tail[start:end] = True
 
     def _strip(
@@ -349,7 +351,7 @@ class Columns:
             noise = self._how.noise.missed_variance(gap, self._how.stretch)
             inside = felt[(self._at >= row.u[0]) & (self._at <= row.u[-1])]
             usual = float(np.median(inside)) if len(inside) else 0.0  # a row may lie between two columns
-            self._feet[index] = (felt**2 > DETECTION_RATIO * noise) & (felt > DETAIL_RATIO * usual)
+            self._feet[index] = (felt**2 > _DETECTION_RATIO * noise) & (felt > _DETAIL_RATIO * usual)
         return self._feet[index]
 
     def _along_row(self, place: int, gap: float) -> FloatArray:

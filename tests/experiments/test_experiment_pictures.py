@@ -22,7 +22,7 @@ from palpate.experiments.explore.surface_figure import (
     surface_figure,
 )
 from palpate.experiments.grasp.config import GraspConfig
-from palpate.experiments.grasp.figures import MOMENT_COUNT, held_mesh, moments_figure, over_time, worst_moment
+from palpate.experiments.grasp.report import MOMENT_COUNT, held_mesh, moments_figure, over_time, worst_moment
 from palpate.experiments.regulate.figures import bode_figure, error_figure, step_figure
 from palpate.experiments.regulate.response import FrequencyResponse, StepResponse
 from palpate.mapping.layers import VertexLayer

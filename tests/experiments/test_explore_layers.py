@@ -128,7 +128,7 @@ def test_files_report_and_summary_have_the_layers(swung, tmp_path):
     rows = {row[0]: row for row in next(p for p in section(report, "The map").parts if hasattr(p, "rows")).rows}
     assert rows["stiffness of the object"][2] == "kN/m"
     assert float(rows["stiffness of the object"][1]) == pytest.approx(40.0, rel=0.2)
-    assert {"friction", "largest curvature", "smallest curvature", "mean curvature of the map"} <= set(rows)
+    assert {look.quantity for look in LAYER_LOOKS.values()} <= set(rows)
     metrics = {metric.name: metric for metric in report.metrics}
     assert metrics["stiffness of the object"].value == pytest.approx(40.0, rel=0.2)
     assert re.search(r"± [\d.]+, on \d+ %", metrics["stiffness of the object"].note)

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from palpate.commands.typed_options import read_experiment
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.objects import FROM_FILE, OBJECT_SIZES
+from palpate.experiments.explore.config import FROM_FILE, OBJECT_SIZES, ExploreConfig
 from palpate.experiments.kit.config_file import config_text, experiment_in, load_overlay, read_config
 from palpate.robots.in_scene import check
 from palpate.robots.known_truth import known_scene
@@ -276,6 +275,8 @@ def test_where_the_sensor_sits_makes_no_difference_to_what_is_found(center):
         ({"force": 8.0}, NANO17, ["force = 8 N", "at most 7.5 N", "limit of 10 N", "limits.force_N"]),
         ({"force_noise": 0.0}, NANO17, ["dead sensor", "force_N: 0.003125"]),
         ({"period": 2e-3}, NANO17, ["sample_rate_Hz = 1000", "write 500"]),
+        ({"strategy": "contour", "tip": (1.5e-4,), "speed": 0.045}, STAGE,
+         ["speed = 0.045 m/s", "acceleration = 27 m/s^2", "25 m/s^2", "acceleration_m_per_s2", "go more slowly"]),
         ({"speed": 0.05}, changed_robot(STAGE, ("speed_m_per_s: 0.25", "speed_m_per_s: 0.04")), ["0.04 m/s"]),
         (
             {},

@@ -10,16 +10,15 @@ from hypothesis import strategies as st
 
 from mapping.raster import cloud_of, sphere_cap
 from palpate.controllers import Raster
+from palpate.controllers.paths import Spiral
 from palpate.errors import InvalidValueError
 from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.contour import predicted_contour
 from palpate.experiments.explore.explored_map import points_per_row, tap_distance
 from palpate.experiments.explore.explored_object import scene_object
 from palpate.experiments.explore.fit import region_on
 from palpate.experiments.explore.reachable_surface import ReachableSurface
-from palpate.experiments.explore.scans import SpiralScan, scan_on
-from palpate.experiments.explore.scans.beyond import in_pieces
-from palpate.experiments.explore.tip_surface import STEP, TipSurface
+from palpate.experiments.explore.scan import in_pieces, scan_on
+from palpate.experiments.explore.tip_surface import GRID_STEP, TipSurface, predicted_contour
 from palpate.sim import Box, SphereObject, bumps
 
 FEW = settings(max_examples=15, deadline=None, derandomize=True)
@@ -62,7 +61,7 @@ def test_along_a_sharp_edge_the_way_is_that_edge_and_quarter_circles(length, wid
     found = predicted_contour(Box((length, width, 0.03)), config)
     true = 2.0 * (length + width) + 2.0 * math.pi * tip * math.sin(math.radians(45.0))
     # an edge between grid lines is seen up to a step further in, at both ends of four sides; arcs are inscribed
-    assert found.length == pytest.approx(true, abs=8.0 * STEP + 1e-3)
+    assert found.length == pytest.approx(true, abs=8.0 * GRID_STEP + 1e-3)
     samples = ReachableSurface.of(Box((length, width, 0.03)), config, scan_on(Box((length, width, 0.03)), config))
     off = np.abs(samples.position) - (length / 2.0, width / 2.0, 0.015)
     assert np.percentile(np.abs(off[:, 2]), 95) < 1e-3  # what is touched is the edge itself
@@ -136,11 +135,10 @@ def test_a_path_in_pieces_is_the_same_path_in_short_pieces(width, depth, spacing
 @given(st.floats(0.004, 0.03), st.floats(5e-4, 3e-3))
 def test_a_spiral_passes_what_lies_inside_its_outermost_turn(radius, spacing):
     config = ExploreConfig(tip=TIP, size=(0.1,), strategy="spiral", radius=radius, spacing=spacing)
-    scan = scan_on(SphereObject(0.1), config)
-    assert isinstance(scan, SpiralScan)
-    corners = np.array(scan.spiral.corners())[20:-1]  # the very end lies on the rim
+    scan, spiral = scan_on(SphereObject(0.1), config), Spiral(radius, spacing)
+    corners = np.array(scan.corners)[20:-1]  # the very end lies on the rim
     assert scan.passes(0.999 * corners).all()
-    outermost = corners[-math.ceil(0.5 * math.pi * radius / scan.spiral.step) :]
+    outermost = corners[-math.ceil(0.5 * math.pi * radius / spiral.step) :]
     assert not scan.passes(1.001 * outermost + 1e-3 * spacing * outermost / radius).any()
     places = np.random.default_rng(0).uniform(-radius, radius, (4000, 2))
     assert scan.passes(places).mean() * 4.0 == pytest.approx(

@@ -26,7 +26,7 @@ from palpate.experiments.explore.error_budget import map_budget
 from palpate.experiments.explore.explored_map import MAX_VERTICES, felt_in_scan, row_distance
 from palpate.experiments.explore.named_shape import named_shape, white_tilt
 from palpate.experiments.explore.reachable_surface import ReachableSurface
-from palpate.experiments.explore.scans import scan_on
+from palpate.experiments.explore.scan import scan_on
 from palpate.experiments.explore.tables import shape_rows
 from palpate.mapping import Knowledge, PrimitiveKind, SurfaceModel
 from palpate.mapping.layers import write_layered_mesh

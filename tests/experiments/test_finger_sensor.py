@@ -229,8 +229,8 @@ def test_a_wrist_sensor_is_too_coarse_for_a_fingertip_and_2_N(preset):
     least = float(re.search(r"press with ([\d.]+) N", str(found.value))[1])
     config = config_of(robot)
     strong = object.__new__(ExploreConfig)  # beyond what explorations allow, perhaps
-    for name in config.__slots__:
-        object.__setattr__(strong, name, getattr(config, name))
+    for each in fields(config):
+        object.__setattr__(strong, each.name, getattr(config, each.name))
     object.__setattr__(strong, "force", 1.05 * least)
     sensor_for(robot, strong)
 

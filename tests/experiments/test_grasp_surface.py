@@ -321,7 +321,7 @@ def test_advice_fits_the_cause(options, told, unheard):
 
 @pytest.mark.slow
 def test_what_is_held_while_zeros_wander_fast_does_not_slip_and_its_grip_is_told():
-    done = run_grasp(load="none", rise=4.0, drift=0.1)
+    done = run_grasp(load="none", rise=4.0, drift=6.0)
     check_bounds(done, {"growth": (0.9, done.planned.hold_growth)}, dropped=False, gave_way=())
     assert any("grip may grow" in note for note in done.planned.dry_run().notes)
 

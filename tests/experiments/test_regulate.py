@@ -28,7 +28,7 @@ from palpate.reporting.run_figures import force_overview
 from palpate.runtime import Command, Ending, Phase
 from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget
 from support.refusals import check_refusals
-from support.regulate_runs import REGULATE, carried_out, planned, regulated
+from support.regulate_runs import REGULATE, carried_out, planned, regulated, touching
 from support.run_bounds import below, check_bounds
 
 NANO17 = {"force_noise": 1.0 / 320.0, "moment_noise": 1e-3 / 64.0}
@@ -170,7 +170,7 @@ class Drops:
 @pytest.mark.parametrize(("times", "loss"), [((2.0,), Loss.FOUND), ((2.0, 5.0), Loss.GONE)])
 def test_what_is_lost_once_is_found_again_and_what_is_lost_twice_is_given_up(times, loss):
     joint = DrivenJoint(JointKind.SLIDE, (0.0, 0.0, 1.0), Drops(*times))
-    found = carried_out(replace(planned(duration=6.0), target=MovingTarget(PLATE, [joint])))
+    found = carried_out(touching(planned(duration=6.0), MovingTarget(PLATE, [joint])))
     ending = Ending.DONE if loss is Loss.FOUND else Ending.LOST
     check_bounds(found, below(peak=4.0), loss=loss, run__ending=ending)
     begins = np.diff((found.record.phase == Phase.SEEK.value).astype(int)) > 0

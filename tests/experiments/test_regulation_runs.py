@@ -1,7 +1,6 @@
 """Regulation runs and the bounds that they keep: moving, soft, stiff and rough surfaces."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from palpate.runtime import Ending, Phase
 from palpate.runtime.live import LONGEST_ELAPSED, ScheduledChanges, live_parameters_of
 from palpate.runtime.log import Change, LogWriter, log_writer
 from palpate.sim import Box, DrivenJoint, JointKind, MovingTarget, Sine
-from support.regulate_runs import REGULATE, carried_out, planned, regulated
+from support.regulate_runs import REGULATE, carried_out, planned, regulated, touching
 from support.run_bounds import INF, below, check_bounds
 
 NANO17 = {"force_noise": 1.0 / 320.0, "moment_noise": 1e-3 / 64.0}
@@ -109,7 +108,7 @@ def test_landing_on_a_moving_surface_is_bounded_at_every_phase(phase):
     joint = DrivenJoint(JointKind.SLIDE, (0.0, 0.0, 1.0), course)
     plan = planned(surface="sine", duration=1.0)
     target = MovingTarget(Box((0.2, 0.2, 0.04)), [joint], (0.0, 0.0, -0.01))
-    found = carried_out(replace(plan, target=target))
+    found = carried_out(touching(plan, target))
     assert found.run.ending is Ending.DONE
     assert found.peak < 8.0
 

@@ -7,7 +7,7 @@ import pytest
 
 from golden.runs import FILE, GOLDEN_RUNS, carried_out
 from palpate.controllers import gains
-from palpate.experiments.explore.strategies import StrategyName
+from palpate.experiments.explore.config import StrategyName
 from palpate.experiments.kit.registry import experiment_names
 
 KEPT = json.loads(FILE.read_text())

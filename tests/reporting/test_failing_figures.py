@@ -86,7 +86,9 @@ def test_all_else_is_on_the_page_and_the_failure_in_its_place(way, tmp_path):
 
 
 def test_the_failure_names_file_line_and_message():
-    (failure,) = report(lambda: broken()).sections[0].parts[1].drawn("Seen")
+    part = report(lambda: broken()).sections[0].parts[1]
+    assert isinstance(part, Figures)
+    (failure,) = part.drawn("Seen")
     line = inspect.getsourcelines(broken)[1] + 1
     assert failure == FigureFailure("Seen", "ZeroDivisionError: no <contacts>", f"{__file__}, line {line}")
     assert (

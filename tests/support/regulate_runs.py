@@ -1,5 +1,7 @@
 """Regulations of force, planned and carried out."""
 
+from dataclasses import replace
+
 from palpate.experiments.kit.config_file import EXPERIMENT_TEXT, config_text
 from palpate.experiments.kit.recorded_run import carry_out
 from palpate.experiments.regulate.config import RegulateConfig
@@ -14,6 +16,11 @@ def planned(**fields):
     """The plan of a regulation."""
     config = RegulateConfig(**fields)
     return REGULATE.plan(config, load_named_robot(config.robot), {})
+
+
+def touching(plan, target):
+    """A plan with another object."""
+    return replace(plan, setup=replace(plan.setup, task=replace(plan.setup.task, target=target)))
 
 
 def carried_out(plan):

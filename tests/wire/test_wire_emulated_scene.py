@@ -62,7 +62,7 @@ def robot_with(**changed):
 
 
 def task():
-    return plan_of(ExploreConfig(robot="emulated-ur5e", width=0.02, depth=0.004)).task
+    return plan_of(ExploreConfig(robot="emulated-ur5e", width=0.02, depth=0.004)).setup.task
 
 
 def scene():

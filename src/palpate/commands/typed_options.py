@@ -18,7 +18,7 @@ from tyro import _errors
 from tyro._docstrings import get_field_docstring
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.options import option_of_symbol, specs_of
+from palpate.experiments.kit.options import option_of_symbol, put_first, specs_of
 from palpate.nearest_name import nearest
 from palpate.reporting.data import FigureKind
 from palpate.reporting.units import UNITS
@@ -138,6 +138,7 @@ def with_shared(kind: type, command: str, shared: Sequence[SharedOption], *, exp
         file = Annotated[Path | None, tyro.conf.arg(metavar="FILE.YAML", help=_EXPERIMENT_FILE)]
         added.insert(0, ("config", file, dataclasses.field(default=None)))
     named: Any = make_dataclass(command, added, bases=(kind,), frozen=True)
+    put_first(named, [each.name for each in fields(kind)])
     hints = get_type_hints(kind, include_extras=True)
     for name in own:
         # evaluated only for --help: reading source is slow; tyro alone would keep the line breaks of the source
@@ -165,8 +166,9 @@ def parsed(
 
 
 def _paragraphs(kind: type, name: str) -> str:
-    """Return the docstring of a field, each paragraph in one line."""
-    text = get_field_docstring(kind, name, ()) or ""
+    """Return the docstring of a field, each paragraph in one line; an inherited one if the class gives none."""
+    declaring = (each for each in kind.__mro__ if name in getattr(each, "__dataclass_fields__", ()))
+    text = next(filter(None, (get_field_docstring(each, name, ()) for each in declaring)), "")
     return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
 
 

@@ -11,7 +11,7 @@ from palpate.errors import FloatArray, InvalidValueError, shown
 from palpate.experiments.kit.experiment import Plan
 from palpate.experiments.kit.from_log import NOTHING_SET, LoggedRun
 from palpate.experiments.kit.options import foreign_options, specs_of
-from palpate.experiments.kit.shown_result import ShownResult
+from palpate.experiments.kit.registry import ShownResult
 from palpate.named_object import named_object, raised
 from palpate.nearest_name import nearest, without_unit
 from palpate.runtime import Controller, Observer, Record, Supervisor, Touch

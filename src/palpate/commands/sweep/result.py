@@ -13,7 +13,7 @@ from palpate.commands.sweep.plan import Combination, SweepPlan
 from palpate.commands.sweep.store import RunRecord, RunStatus
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.metric import Metric, MetricValue
-from palpate.experiments.kit.shown_result import ShownResult
+from palpate.experiments.kit.registry import ShownResult
 from palpate.nearest_name import nearest
 
 if TYPE_CHECKING:

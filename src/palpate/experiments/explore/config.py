@@ -1,52 +1,72 @@
 """The options of an exploration; imports nothing heavy, so that `palpate --help` is quick."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
-from palpate.errors import InvalidValueError
-from palpate.experiments.explore.objects import (
-    ObjectName,
-    article_of,
-    check_file,
-    checked_size,
-)
-from palpate.experiments.explore.strategies import (
-    ACCURACY,
-    SPACING,
-    CurveName,
-    MeasureName,
-    StrategyName,
-    TurnName,
-)
+from palpate.errors import InvalidValueError, positive
 from palpate.experiments.kit.checks import (
     MAX_FORCE,
     MIN_FORCE_PER_TOUCH_FORCE,
     MIN_TOUCH_FORCE,
     TOUCH_DEVIATIONS,
     check_change_names,
-    check_force_noise,
-    check_friction,
     check_length,
-    check_period,
-    check_spin_length,
-    check_tip,
     spaced,
     speed_hint,
 )
-from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, check_options, option
+from palpate.experiments.kit.options import TOUCHED, check_options, option, own_first, with_default
+from palpate.experiments.kit.scene_options import ContactOptions, ObjectOptions, PressingOptions, SceneOptions
 
-SHORTEST_SWING = 0.1
+ObjectName = Literal["sphere", "ellipsoid", "box", "cylinder", "torus", "bumps", "mesh", "height-field", "scene"]
+
+OBJECT_SIZES: dict[ObjectName, tuple[str, tuple[float, ...]]] = {
+    "sphere": ("radius", (0.04,)),
+    "ellipsoid": ("three semi-axes", (0.05, 0.04, 0.03)),
+    "box": ("length, width and height", (0.08, 0.08, 0.04)),
+    "cylinder": ("radius and length (it lies along x)", (0.03, 0.12)),
+    "torus": ("radius of the ring and of its tube (it lies about z)", (0.06, 0.025)),
+    "bumps": ("amplitude, wavelength and side of the square that they cover", (0.003, 0.06, 0.18)),
+    "mesh": ("nothing, the file gives it", ()),
+    "height-field": ("width and depth, unless the file gives them", ()),
+    "scene": ("nothing, the file gives it", ()),
+}
+"""Sizes of each object: their meaning, and defaults [m]."""
+
+FROM_FILE: tuple[ObjectName, ...] = ("mesh", "height-field", "scene")
+"""Objects that a file describes."""
+
+StrategyName = Literal["raster", "spiral", "contour", "taps", "active"]
+_CurveName = Literal["level", "edge"]
+_TurnName = Literal["left", "right"]
+_MeasureName = Literal["rms", "largest"]
+
+_SPACING: Mapping[StrategyName, float] = {
+    "raster": 0.002,
+    "spiral": 0.002,
+    "contour": 0.002,
+    "taps": 0.005,
+    "active": 0.002,
+}
+"""Distance of rows, turns or taps, if none is given [m]. Of a contour, which is a single line, and of active rows,
+which lie where they are needed, it is how finely the map is drawn."""
+
+_ACCURACY: Mapping[_MeasureName, float] = {"rms": 2e-5, "largest": 1e-4}
+"""Wanted error of the map, if none is given [m]: what `benchmarks/active.py` stops at."""
+
+_SHORTEST_SWING = 0.1
 """Shortest swing of the force [s]: servos of 100 rad/s follow 10 Hz by halves."""
 
-MOST_GRID_POINTS = 1_000_000
+_MOST_GRID_POINTS = 1_000_000
 """Largest map that is asked for: a finer one takes minutes and shows nothing more."""
 
 SLOWEST = 1e-3
 """Lower bound [m/s] on the live parameter `speed`: slower, the exploration seems to stand still."""
 
 SIDE = 0.04
-"""Of the rectangle that is explored, if no other is asked for [m]."""
+"""Side of the explored rectangle by default [m]."""
 
 FASTEST = 0.1
 """Fastest exploration [m/s]: its following error limit lets the stage follow up to 0.125 m/s."""
@@ -64,8 +84,66 @@ LIVE = ("force", "speed", "force_gain")
 """Live parameters: they may be changed while an exploration runs."""
 
 
-@dataclass(frozen=True, slots=True)
-class ExploreConfig:
+def _article_of(name: ObjectName) -> str:
+    """Return the article before an object's name."""
+    return "some" if name == "bumps" else "an" if name[0] in "aeiou" else "a"
+
+
+def _checked_size(name: ObjectName, size: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the size of an object [m], its default where none is given.
+
+    Raises:
+        InvalidValueError: If there is no such object, or it has no such size.
+    """
+    if name not in OBJECT_SIZES:
+        raise InvalidValueError(f"object = {name!r}: must be one of {', '.join(OBJECT_SIZES)}")
+    meaning, default = OBJECT_SIZES[name]
+    size = size or default
+    if name in FROM_FILE:
+        if len(size) not in ((0, 2) if name == "height-field" else (0,)):
+            raise InvalidValueError(f"size = {spaced(size)}: {_article_of(name)} {name} takes {meaning}")
+    elif len(size) != len(default):
+        raise InvalidValueError(
+            f"size = {spaced(size)}: {_article_of(name)} {name} takes {len(default)} number"
+            f"{'s' if len(default) > 1 else ''}, its {meaning} [m]; for example {spaced(default)}"
+        )
+    for length in size:
+        check_length("size", length)
+    return size
+
+
+def _check_file(name: ObjectName, file: Path | None, scale: float) -> None:
+    """Refuse an object without the file that must describe it, and one with a file that needs none.
+
+    Args:
+        name: Name of the object.
+        file: File that describes the object.
+        scale: Metres per unit of the file.
+
+    Raises:
+        InvalidValueError: If file and object do not go together, or the scale is not positive or has no file.
+    """
+    positive("scale", scale, "m per unit of the file")
+    if name in FROM_FILE:
+        if file is None:
+            raise InvalidValueError(f"object = {name}: a file must describe it (--file)")
+        if name == "scene" and scale != 1.0:
+            raise InvalidValueError(
+                f"scale = {scale:g}: a scene is in metres; scale its meshes in the file, as "
+                'scale="0.001 0.001 0.001"'
+            )
+    elif file is not None:
+        raise InvalidValueError(
+            f"file = {file}: {_article_of(name)} {name} is described by --size; for a file give "
+            f"--object {' or --object '.join(FROM_FILE)}"
+        )
+    elif scale != 1.0:
+        raise InvalidValueError(f"scale = {scale:g}: is for files; {name} takes --size, in metres")
+
+
+@own_first
+@dataclass(frozen=True)
+class ExploreConfig(PressingOptions, ObjectOptions):
     """Explore the surface of a simulated object by touch, and draw it.
 
     A fingertip on a six-axis force/torque sensor, carried by a simulated stage or arm (--robot), lands on the
@@ -81,39 +159,31 @@ class ExploreConfig:
     or palpate explore --strategy active --object bumps --accuracy 2e-5
     """
 
-    object: ObjectName = option("sphere", fixed=TOUCHED)
-    """What to touch, from above. Its middle is at the origin; a height field's over it, with the heights as they
-    are; a mesh stands on z = 0, turned as in the file, the middle of its bounding box over the origin, and so does
-    what is touched of a scene, with all around it; its joints are held where the file puts them."""
-    size: tuple[float, ...] = option((), "m", fixed=TOUCHED)
+    object: ObjectName = with_default(ObjectOptions, "object", "sphere")
+    """Object to touch, from above. Its middle is at the origin. The middle of a height field is over the origin,
+    with the heights as they are. A mesh stands on z = 0, turned as in the file, the middle of its bounding box
+    over the origin. So does the touched part of a scene, with all around it. The joints of a scene are held where
+    the file puts them."""
+    size: tuple[float, ...] = with_default(ObjectOptions, "size", ())
     """Size of the object [m]: a sphere's radius; an ellipsoid's three semi-axes; a box's length, width and
     height; a cylinder's radius and length; a torus's radii of ring and tube; amplitude, wavelength and side of
     bumps; a height field's width and depth, if its file has none. Left out: 40 mm; 50, 40, 30 mm; 80, 80,
     40 mm; 30, 120 mm; 60, 25 mm; 3, 60, 180 mm."""
-    file: Path | None = option(None, fixed=TOUCHED)
-    """What describes a mesh (STL, OBJ or PLY; closed, in metres) or a height-field (CSV with columns x_m, y_m and
-    z_m on a regular grid, as an exploration's height_map.csv, whose places without a height get that of
-    the nearest place with one; or z alone, a line for each y, as CSV or .npy), or a
+    file: Path | None = with_default(PressingOptions, "file", None)
+    """File of a mesh (STL, OBJ or PLY; closed, in metres), a height-field (CSV with columns x_m, y_m and z_m on a
+    regular grid, as an exploration's height_map.csv, whose places without a height get that of the nearest place
+    with one; or z alone, a line for each y, as CSV or .npy), or a
     scene (MJCF, with the meshes that it names beside it)."""
     scale: float = option(1.0, fixed=TOUCHED)
     """Metres per unit of that file: 0.001 if it is in millimetres."""
-    touch: str = option("", fixed=TOUCHED, of=("object", ("scene",)))
-    """scene: the geom to touch, or a body with one geom that collides. Left out: the only such geom there is."""
-    tip: tuple[float, ...] = option((), "m", check=check_tip)
-    """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
-    noise and period below: the robot file's."""
-    force: float = option(2.0, "N")
-    """Normal force to hold [N]."""
+    force: float = with_default(PressingOptions, "force", 2.0)
     force_swing: float = option(0.0, "N", bound="not negative")
-    """Let the force swing about that as a sine, so far up and down [N], while the tip slides: then the map tells
-    how stiff the object is where it went, as for --force-swing 0.5. Left out: the force is constant, and stiffness
-    stays unknown."""
+    """Amplitude of a sine about that force [N], while the tip slides. The map then shows the stiffness of the
+    object along the path, as for --force-swing 0.5. Left out: the force is constant, and stiffness stays
+    unknown."""
     force_period: float = option(1.0, "s", bound="positive")
     """How long a swing takes [s]. Stiffness is a mean over the path of a whole swing, 20 mm at 20 mm/s; in a
     faster swing, contact damping is mistaken for stiffness."""
-    identify: bool = option(False, fixed="the log keeps what pressing has found")
-    """Press first, where the exploration begins, for half a minute, to find stiffness and delay of contact and
-    robot, and hold the force by the result. Otherwise the gain is computed from --stiffness and the robot file."""
     speed: float = option(0.02, "m/s")
     """Speed along the surface [m/s]."""
     strategy: StrategyName = "raster"
@@ -126,7 +196,7 @@ class ExploreConfig:
     rounded object the contacts span less. Width and depth left out: 40 mm, or as much of it as the object has
     room for."""
     depth: float | None = option(None, "m", of=_RECTANGLE, check=check_length)
-    """raster, taps, active: extent along y, across the rows [m], likewise."""
+    """raster, taps, active: extent along y, across the rows [m]."""
     center: tuple[float, ...] = option((), "m", of=_ANY)
     """Middle of the rectangle or disc, x and y [m]; for a contour where to land. Left out: over the origin; on a
     torus over its tube, where y is 0; elsewhere if there is no room; for a level contour beside its curve."""
@@ -134,17 +204,17 @@ class ExploreConfig:
     """raster, spiral, taps: distance between rows, turns or taps [m]. Left out: 2 mm; of taps 5 mm."""
     radius: float | None = option(None, "m", of=_SPIRAL, check=check_length, hint="; the object's size is --size")
     """spiral: of its disc [m]. Left out: 20 mm, or as much of it as the object has room for."""
-    curve: CurveName = option("level", of=_CONTOUR)
+    curve: _CurveName = option("level", of=_CONTOUR)
     """contour: what to go along. level: the curve on which the fingertip keeps its height. edge: from the middle
     outwards to the first edge, and along it; on a rounded object, along where it leans by 45 degrees."""
     below: float | None = option(None, "m", of=_CONTOUR, check=check_length)
     """contour, level: how far below its height on the object's top the fingertip goes round [m]. Left out: half
     the fingertip's radius, less on a flat relief."""
-    turn: TurnName = option("left", of=_CONTOUR)
+    turn: _TurnName = option("left", of=_CONTOUR)
     """contour: sense of rotation, seen from above: left is counter-clockwise."""
     accuracy: float | None = option(None, "m", of=_ACTIVE, check=check_length)
     """active: wanted error of the map [m]. Left out: 0.02 mm; for --measure largest 0.1 mm."""
-    measure: MeasureName = option("rms", of=_ACTIVE)
+    measure: _MeasureName = option("rms", of=_ACTIVE)
     """active: which error --accuracy speaks of, the root mean square over the rectangle or the largest."""
     area: float = option(1.0, of=_ACTIVE)
     """active: part of the rectangle, from 0 to 1, over which --accuracy is wanted; the rest may stay unknown."""
@@ -153,34 +223,19 @@ class ExploreConfig:
     beyond: bool = option(False, of=_WITHIN)
     """raster, spiral, taps, active: also go where the object may end or be too steep, as on an unknown object.
     What cannot be felt there is marked instead of being refused beforehand."""
-    friction: float = option(0.3, fixed=TOUCHED, symbol="mu", check=check_friction)
-    """Friction coefficient between tip and object."""
-    spin_length: float = option(0.004, "m", fixed=TOUCHED, symbol="e", check=check_spin_length)
-    """Largest spin torque per largest friction force [m]."""
-    stiffness: float = option(20e3, "N/m", bound="positive")
+    friction: float = with_default(SceneOptions, "friction", 0.3)
+    spin_length: float = with_default(SceneOptions, "spin_length", 0.004)
+    stiffness: float = with_default(ContactOptions, "stiffness", 20e3)
     """Contact stiffness [N/m]. The compliance correction takes it as known, and without --identify so does the
     controller's gain."""
-    force_noise: float | None = option(None, "N", fixed=NOISY, check=check_force_noise)
-    """Standard deviation of the sensor's force noise [N], each axis."""
-    moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
-    """Standard deviation of the sensor's moment noise [N m], each axis."""
-    seed: int = 0
-    """Seed of the noise: the same seed gives the same run."""
-    period: float | None = option(None, "s", fixed=PERIODIC, check=check_period)
-    """Control period [s]."""
-    change: tuple[tuple[float, str, float], ...] = option((), fixed=CHANGED, once=True)
-    """Change force [N], speed [m/s] or force_gain [m/s/N] while it runs: seconds after the start, name, new value,
-    as in --change 5 force 3 6 speed 0.05. The start is that of the run, landing included. The change is ramped, so
-    that nothing jumps."""
-    robot: str = "stage"
-    """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
+    robot: str = with_default(SceneOptions, "robot", "stage")
     out: Path = Path("runs/explore")
     """Folder for the report, the points and the map."""
 
     def __post_init__(self) -> None:
         check_options(self)
-        object.__setattr__(self, "size", checked_size(self.object, self.size))
-        check_file(self.object, self.file, self.scale)
+        object.__setattr__(self, "size", _checked_size(self.object, self.size))
+        _check_file(self.object, self.file, self.scale)
         if self.center and not (len(self.center) == 2 and all(map(math.isfinite, self.center))):
             raise InvalidValueError(f"center = {spaced(self.center)}: give two numbers, x and y [m]")
         self._check_force()
@@ -192,22 +247,22 @@ class ExploreConfig:
         self._check_strategy()
         width, depth = self.extent
         points = (width / self.map_spacing + 1.0) * (depth / self.map_spacing + 1.0)
-        if points > MOST_GRID_POINTS:
+        if points > _MOST_GRID_POINTS:
             raise InvalidValueError(
                 f"spacing = {self.gap:g} m: makes a map of {points:.2g} points over {width:g} x "
-                f"{depth:g} m, the limit is {MOST_GRID_POINTS:.0e}; take rows at least "
-                f"{self.gap * (points / MOST_GRID_POINTS) ** 0.5:.2g} m apart"
+                f"{depth:g} m, the limit is {_MOST_GRID_POINTS:.0e}; take rows at least "
+                f"{self.gap * (points / _MOST_GRID_POINTS) ** 0.5:.2g} m apart"
             )
         check_change_names(self.change, LIVE)
 
     @property
     def article(self) -> str:
         """The article before the object's name."""
-        return article_of(self.object)
+        return _article_of(self.object)
 
     @property
     def thing(self) -> str:
-        """What is touched, in words."""
+        """Name of the touched object, for sentences."""
         return self.touch or f"{self.article} {self.object}"
 
     @property
@@ -219,7 +274,7 @@ class ExploreConfig:
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Width and depth of what is to be explored, or of what contains it [m]; a contour has none before."""
+        """Width and depth of the field or of its bounding rectangle [m]; of a contour the defaults."""
         if self.strategy == "spiral":
             across = 2.0 * (self.radius or SIDE / 2.0)
             return (across, across)
@@ -228,12 +283,12 @@ class ExploreConfig:
     @property
     def gap(self) -> float:
         """Distance between neighbouring rows, turns or taps, which the map is made for [m]."""
-        return SPACING[self.strategy] if self.spacing is None else self.spacing
+        return _SPACING[self.strategy] if self.spacing is None else self.spacing
 
     @property
     def wanted_error(self) -> float:
-        """Of the map that an active exploration is to make [m]."""
-        return ACCURACY[self.measure] if self.accuracy is None else self.accuracy
+        """Error of the map at which an active exploration ends [m]."""
+        return _ACCURACY[self.measure] if self.accuracy is None else self.accuracy
 
     @property
     def map_spacing(self) -> float:
@@ -242,7 +297,7 @@ class ExploreConfig:
 
     @property
     def noise(self) -> tuple[float, float]:
-        """Of force [N] and moment [N m], standard deviations of each axis; 0 where that is left to the robot."""
+        """Standard deviations of force [N] and moment [N m], each axis; 0 if the robot file decides."""
         return self.force_noise or 0.0, self.moment_noise or 0.0
 
     @property
@@ -273,9 +328,9 @@ class ExploreConfig:
                 f"force_swing = {self.force_swing:g} N: about {self.force:g} N at most {room:g} N, so that the "
                 f"force stays between {least:g} and {MAX_FORCE:g} N{noise}"
             )
-        if self.force_swing and self.force_period < SHORTEST_SWING:
+        if self.force_swing and self.force_period < _SHORTEST_SWING:
             raise InvalidValueError(
-                f"force_period = {self.force_period:g} s: must be at least {SHORTEST_SWING:g} s, for no servo "
+                f"force_period = {self.force_period:g} s: must be at least {_SHORTEST_SWING:g} s, for no servo "
                 "would follow"
             )
 

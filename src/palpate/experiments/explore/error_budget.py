@@ -20,47 +20,47 @@ from palpate.sensing.tip_agreement import tip_agreement
 from palpate.sensing.tip_uncertainty import EXACT, TipUncertainty
 from palpate.sensing.uncertainty import ContactUncertainties, contacts_uncertainties, white_noise
 
-CALIBRATION_SHARE = 0.01
+_CALIBRATION_SHARE = 0.01
 """ASSUMPTION: cross-talk between axes, as a share of each axis' full load; makers claim 1 to 2 % for all errors
 together (see `palpate.sim.sensor.presets`)."""
 
-ZERO_SHARE = 1e-3
+_ZERO_SHARE = 1e-3
 """ASSUMPTION: drift of the zero since it was last taken, as a share of full load: two kelvin of 0.05 %/K (see
 `palpate.sim.sensor.presets`)."""
 
-DEVIATIONS_95 = 1.96
+_DEVIATIONS_95 = 1.96
 """Standard deviations that hold 95 % of an error."""
 
-PLANE_TRACE_95 = 3.0
+_PLANE_TRACE_95 = 3.0
 """Multiple of the trace of a plane covariance that holds 95 % of squared distances (chi^2 with two degrees of
 freedom, 5.99 / 2)."""
 
-BUDGET_PERCENT = 95.0
+_BUDGET_PERCENT = 95.0
 """Percentile of an effect over the scan that enters the budget."""
 
-COMPRESSION_SHARE = 5e-3
+_COMPRESSION_SHARE = 5e-3
 """ASSUMPTION: unknown share of the compression at the set force. Even in simulation with its exact stiffness, a
 sliding contact presses by more than its penetration, 0.2 % in a scan of a sphere."""
 
-MIN_TILT = 2.5e-3
+_MIN_TILT = 2.5e-3
 """Least tilt of normals [rad]: a tip of 8 mm rolls so far in a period of 1 ms at 20 mm/s."""
 
-FREE_AIR_TIME_S = 0.05
+_FREE_AIR_TIME_S = 0.05
 """Time in free air over which a zero is averaged [s]: the last millimetre of a lift, far off the surface."""
 
-ZERO_SHIFT_DEVIATIONS = 6.0
+_ZERO_SHIFT_DEVIATIONS = 6.0
 """Standard errors beyond which a zero has moved: noise alone does that once in 1e9 runs."""
 
 MAX_STIFFNESS_RATIO = 1.5
 """Largest ratio of stiffnesses that count as equal: landings are short, and their damping is unknown."""
 
-MIN_LANDING_PERIODS = 20
+_MIN_LANDING_PERIODS = 20
 """Least periods of a landing from which its stiffness is estimated."""
 
-MAX_STIFFNESS_ERROR = 0.1
+_MAX_STIFFNESS_ERROR = 0.1
 """Largest relative standard error of a landing's stiffness at which it counts."""
 
-MIN_FRICTION_RATIO = 1e-3
+_MIN_FRICTION_RATIO = 1e-3
 """Least tangential over normal force at which friction gives the sensor's turn about the normal."""
 
 
@@ -68,8 +68,8 @@ MIN_FRICTION_RATIO = 1e-3
 class MapBudget:
     """Largest constant offset along the normal that repetition does not average out, by origin.
 
-    A fingertip of known shape touches with its surface, wherever on it the contact is computed: lateral errors of
-    the contact count in second order only, through the curvature of tip and object.
+    A fingertip of known shape touches with its surface: lateral errors of the computed contact count in second
+    order only, through the curvature of tip and object.
 
     Attributes:
         calibration: Offset by the sensor's gain, cross-talk and zero [m]. 0 for a sensor without known ranges,
@@ -129,10 +129,10 @@ def map_budget(
     """
     felt = np.flatnonzero(kept)
     if not len(felt):
-        return MapBudget(0.0, 0.0, 0.0, 0.0, MIN_TILT, shown=shown)
+        return MapBudget(0.0, 0.0, 0.0, 0.0, _MIN_TILT, shown=shown)
     compliance = 2.0 * half_compliance
     change = np.abs(record.normal_force[felt] - set_force[felt])
-    unsteady = compliance * float(np.percentile(change, BUDGET_PERCENT))
+    unsteady = compliance * float(np.percentile(change, _BUDGET_PERCENT))
     wrench = record.wrench[_evenly(felt)]
     if isinstance(finger, SensorFinger):
         noise = np.diag(np.square(finger.sensor.noise))
@@ -141,17 +141,17 @@ def map_budget(
         noise, unknown = white_noise(force_noise, moment_noise), np.zeros((6, 6))
     contacts = contacts_from_wrenches(finger.surface, wrench)
     calibrated = contacts_uncertainties(finger.surface, contacts, unknown)
-    pressed = DEVIATIONS_95 * compliance * float(np.sqrt(np.nanmedian(calibrated.normal_force)))
+    pressed = _DEVIATIONS_95 * compliance * float(np.sqrt(np.nanmedian(calibrated.normal_force)))
     modelled = contacts_uncertainties(finger.surface, contacts, np.zeros((6, 6)), tip)
     outwards = np.einsum("ki,kij,kj->k", contacts.normal, modelled.centroid, contacts.normal)
     tilted = _trace(calibrated.normal) + _trace(modelled.normal)
     return MapBudget(
-        calibration=PLANE_TRACE_95 * _rise(calibrated) + pressed,
+        calibration=_PLANE_TRACE_95 * _rise(calibrated) + pressed,
         noise=_rise(contacts_uncertainties(finger.surface, contacts, noise)),
-        compression=unsteady + COMPRESSION_SHARE * compliance * float(np.median(set_force[felt])),
-        tip=PLANE_TRACE_95 * _rise(modelled) + DEVIATIONS_95 * float(np.sqrt(np.nanmedian(outwards))),
+        compression=unsteady + _COMPRESSION_SHARE * compliance * float(np.median(set_force[felt])),
+        tip=_PLANE_TRACE_95 * _rise(modelled) + _DEVIATIONS_95 * float(np.sqrt(np.nanmedian(outwards))),
         aside=float(np.sqrt(0.5 * np.nanmedian(_trace(calibrated.centroid)))),
-        tilt=MIN_TILT + float(np.sqrt(PLANE_TRACE_95 * np.nanmedian(tilted))),
+        tilt=_MIN_TILT + float(np.sqrt(_PLANE_TRACE_95 * np.nanmedian(tilted))),
         shown=shown,
     )
 
@@ -166,7 +166,7 @@ def _calibration_covariance(wrenches: FloatArray, ranges: FloatArray) -> FloatAr
     """Return the covariance (6, 6) that calibration and zero leave at a typical wrench of these (n, 6)."""
     load = float(np.sqrt(np.median(np.square(wrenches / ranges).sum(axis=1))))
     # a maker's limit is no standard deviation: that of a uniform distribution over -1 to 1 is 3**-0.5
-    sd: FloatArray = 3.0**-0.5 * np.hypot(CALIBRATION_SHARE * load, ZERO_SHARE) * ranges
+    sd: FloatArray = 3.0**-0.5 * np.hypot(_CALIBRATION_SHARE * load, _ZERO_SHARE) * ranges
     return np.diag(sd * sd)
 
 
@@ -239,21 +239,21 @@ def zero_shift(record: Record) -> FloatArray:
     if not len(ground):
         return np.zeros(6)
     before, after = record.wrench[: ground[0]], record.wrench[ground[-1] + 1 :]
-    count = round(FREE_AIR_TIME_S / max(float(np.median(np.diff(record.time))), 1e-9)) if len(record) > 1 else 0
+    count = round(_FREE_AIR_TIME_S / max(float(np.median(np.diff(record.time))), 1e-9)) if len(record) > 1 else 0
     if count < 2 or len(before) < 2 * count or len(after) < 2 * count:
         return np.zeros(6)
     first, last = before[count : 2 * count], after[-count:]
     shift = last.mean(axis=0) - first.mean(axis=0)
     error = np.sqrt((first.var(axis=0) + last.var(axis=0)) / count)
     # a contact that persists is not at rest: its force changes meanwhile
-    return np.asarray(shift) if (np.abs(shift) > ZERO_SHIFT_DEVIATIONS * error).any() else np.zeros(6)
+    return np.asarray(shift) if (np.abs(shift) > _ZERO_SHIFT_DEVIATIONS * error).any() else np.zeros(6)
 
 
 def landed_stiffness(record: Record) -> float:
     """Return the contact stiffness by force = K depth + c rate, the median over all landings [N/m]."""
     settling = (record.phase == Phase.SETTLE.value) & record.touching & (record.status == 0)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], settling.astype(int), [0]])))
-    found = [_stiffness(record, slice(a, b)) for a, b in edges.reshape(-1, 2) if b - a >= MIN_LANDING_PERIODS]
+    found = [_stiffness(record, slice(a, b)) for a, b in edges.reshape(-1, 2) if b - a >= _MIN_LANDING_PERIODS]
     known = [each for each in found if math.isfinite(each)]
     return float(np.median(known)) if known else math.nan
 
@@ -273,7 +273,7 @@ def _stiffness(record: Record, rows: slice) -> float:
     left = force - force.mean() - columns @ solved
     inverse = np.linalg.pinv(columns.T @ columns)
     error = math.sqrt(float(inverse[0, 0]) * float(left @ left) / (len(force) - 3))
-    return float(solved[0] / scale[0]) if error < MAX_STIFFNESS_ERROR * solved[0] else math.nan
+    return float(solved[0] / scale[0]) if error < _MAX_STIFFNESS_ERROR * solved[0] else math.nan
 
 
 def zero_offset(
@@ -285,8 +285,8 @@ def zero_offset(
 ) -> float:
     """Return the offset of a map's points by a zero that moved [m].
 
-    A contact estimated a distance d off, with a normal turned by a, is off by d a / 2 on the tip and by as much on
-    an object of the same curvature; an error of the normal force changes the compression.
+    A contact estimated a distance d off, with a normal turned by a, is off by d a / 2 on the tip. It is off by as
+    much on an object of the same curvature. An error of the normal force changes the compression.
 
     Args:
         record: Record of the run.
@@ -303,7 +303,7 @@ def zero_offset(
     aside = np.linalg.norm(shifted.centroid - corrected.centroid, axis=1)
     turn = np.linalg.norm(shifted.normal - corrected.normal, axis=1)
     pressed = compliance * np.abs(shifted.normal_force - corrected.normal_force)
-    return float(np.nanpercentile(aside * turn + pressed, BUDGET_PERCENT))
+    return float(np.nanpercentile(aside * turn + pressed, _BUDGET_PERCENT))
 
 
 def tip_findings(
@@ -322,7 +322,7 @@ def tip_findings(
     # a paraboloid around a contact is good over a third of a tip
     found = point_normals(record.centroid[felt], record.normal[felt], radius=2.5e-3, spacing=2e-4, count=600)
     friction = np.linalg.norm(record.tangential_force[felt[found.rows]], axis=1)
-    rubbing = friction > MIN_FRICTION_RATIO * record.normal_force[felt[found.rows]]
+    rubbing = friction > _MIN_FRICTION_RATIO * record.normal_force[felt[found.rows]]
     rows, bend = felt[found.rows][rubbing], found.bend[rubbing]
     if not len(rows):
         return None

@@ -35,7 +35,7 @@ from palpate.experiments.explore.plan import ExplorationPlan
 from palpate.experiments.kit.comparable import ErrorSample
 from palpate.experiments.kit.recorded_periods import ContactTruth
 from palpate.experiments.kit.recorded_run import ChangeOutcome, Recorded
-from palpate.experiments.kit.shown_result import ShownResult
+from palpate.experiments.kit.registry import ShownResult
 from palpate.mapping import HeightMap, TouchCloud
 from palpate.mapping.primitives import PrimitiveKind, SphereShape, fit_primitive
 from palpate.runtime import Phase, Record, RunResult
@@ -44,7 +44,7 @@ from palpate.runtime.shown_plan import PlanChange
 if TYPE_CHECKING:  # draws
     from palpate.experiments.explore.map_growth import MapGrowth
 
-MISSED_EVENTS = frozenset(
+_MISSED_EVENTS = frozenset(
     {PathEvent.STEEP, PathEvent.LOST, PathEvent.UNREACHABLE, PathEvent.BLOCKED, PathEvent.OPEN}
 )
 """Events of places that were planned and not felt; the other events belong to places that were felt."""
@@ -58,7 +58,7 @@ def marks_text(marks: Sequence[Mark]) -> str:
 
 def missed_marks(marks: Sequence[Mark]) -> tuple[Mark, ...]:
     """Return the marks of places that were planned and not felt."""
-    return tuple(mark for mark in marks if mark.event in MISSED_EVENTS)
+    return tuple(mark for mark in marks if mark.event in _MISSED_EVENTS)
 
 
 def write_marks_csv(marks: Sequence[Mark], path: str | os.PathLike[str]) -> None:

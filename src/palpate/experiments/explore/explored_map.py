@@ -13,7 +13,7 @@ from palpate.experiments.explore.error_budget import MapBudget
 from palpate.experiments.explore.named_shape import NamedShape, named_shape
 from palpate.experiments.explore.plan import ExplorationPlan
 from palpate.experiments.explore.reachable_surface import ReachableSurface
-from palpate.experiments.explore.scans import ActiveScan, ContourScan, Scan, TapScan
+from palpate.experiments.explore.scan import Scan
 from palpate.experiments.kit.recorded_run import ProgressCallback
 from palpate.mapping import (
     Knowledge,
@@ -36,35 +36,35 @@ from palpate.sim import SceneObject
 MAX_VERTICES = 60_000
 """About the largest number of vertices of a mesh: some seconds, and more than a figure shows."""
 
-MAX_ROW_RATIO = 2.0
+_MAX_ROW_RATIO = 2.0
 """Largest distance of neighbouring rows, relative to the planned one: a wider gap is a hole."""
 
-ROW_PERCENT = 95.0
+_ROW_PERCENT = 95.0
 """Percentage of the contacts whose next row is nearer than the distance of rows that the map assumes."""
 
-SAME_ROW_RATIO = 3.0
+_SAME_ROW_RATIO = 3.0
 """Path length between contacts of one row, relative to the distance of rows."""
 
-THINNING_RATIO = 4.0
+_THINNING_RATIO = 4.0
 """Distance of rows over the distance to which contacts are thinned."""
 
-MIN_SHAPE_SHARE = 0.25
+_MIN_SHAPE_SHARE = 0.25
 """Least observed share of the reachable area that rules out a shape: less is a run that was cut short."""
 
-MAX_RELATIVE_ACCELERATION = 1.0
+_MAX_RELATIVE_ACCELERATION = 1.0
 """Largest change of speed per second in a friction measurement, relative to the speed: while a tip speeds up or
 brakes, simulated friction is not Coulomb's (MuJoCo counts the acceleration as slip)."""
 
-SPEED_WINDOW_S = 0.04
+_SPEED_WINDOW_S = 0.04
 """Time over which a change of speed is computed [s]: 1 % of noise in a velocity is 0.35 per second in it."""
 
-MIN_SLIDING_SPEED = 5e-4
+_MIN_SLIDING_SPEED = 5e-4
 """Least speed of a sliding tip [m/s]: half the slowest scan; a tap does not measure friction."""
 
-MIN_STIFFNESS_WINDOW = 4e-3
+_MIN_STIFFNESS_WINDOW = 4e-3
 """Shortest path length over which stiffness is estimated [m]."""
 
-MAX_PAUSE_S = 0.1
+_MAX_PAUSE_S = 0.1
 """Longest pause between contacts of one stretch [s]."""
 
 
@@ -173,7 +173,7 @@ class ExploredMap:
     @property
     def felt_little(self) -> bool:
         """Whether too little was felt to rule out a shape: a line, or a small share of the reachable area."""
-        return self.is_line or self.observed_share < MIN_SHAPE_SHARE
+        return self.is_line or self.observed_share < _MIN_SHAPE_SHARE
 
     @property
     def rms(self) -> float:
@@ -258,8 +258,8 @@ def explored_map(
         progress: Called with the name of each step.
     """
     progress("fitting the map")
-    config, scan, line = plan.config, plan.scan, isinstance(plan.scan, ContourScan)
-    rows = _neighbour_distance(cloud, scan, config.gap)
+    config, scan, line = plan.config, plan.scan, plan.scan.kind == "contour"
+    rows = _neighbour_distance(cloud, scan)
     usual = SurfaceModel()  # normals that the sensor's calibration tilts from row to row are no relief
     model = replace(usual, tilt=max(usual.tilt, budget.tilt))
     surface = SurfaceMap.learned(cloud, MapSettings.for_rows(rows, model=model, bias=budget.total))
@@ -287,7 +287,7 @@ def explored_map(
         error = target.signed_distance(mesh.vertices) if len(mesh.vertices) else error
         reachable = ReachableSurface.of(target, config, scan)
         if line:  # beside the line nothing is observed: samples with a contact nearby count
-            near = KDTree(cloud.thinned(config.gap / THINNING_RATIO).position).query(reachable.position)[0]
+            near = KDTree(cloud.thinned(config.gap / _THINNING_RATIO).position).query(reachable.position)[0]
             found = np.asarray(near) <= config.gap
         else:
             found = surface.observes(reachable.position)
@@ -325,14 +325,14 @@ def _friction(mesh: SurfaceMesh, slid: TouchCloud, speed: FloatArray, rows: floa
         rows: Distance of rows [m].
     """
     # slower, around corners, friction may not be fully developed
-    fast = ~(speed <= max(0.5 * float(np.median(speed)), MIN_SLIDING_SPEED))
-    half = 0.5 * SPEED_WINDOW_S
+    fast = ~(speed <= max(0.5 * float(np.median(speed)), _MIN_SLIDING_SPEED))
+    half = 0.5 * _SPEED_WINDOW_S
     before, after = (np.interp(slid.time + shift, slid.time, speed) for shift in (-half, half))
-    change = np.abs(after - before) / (SPEED_WINDOW_S * np.maximum(speed, MIN_SLIDING_SPEED))
-    steady = fast & (change <= MAX_RELATIVE_ACCELERATION)
+    change = np.abs(after - before) / (_SPEED_WINDOW_S * np.maximum(speed, _MIN_SLIDING_SPEED))
+    steady = fast & (change <= _MAX_RELATIVE_ACCELERATION)
     slid = slid.select(steady if steady.any() else fast)
     ratio = np.linalg.norm(slid.tangential_force, axis=1) / slid.normal_force
-    starts = stretch_starts(slid.time, slid.position, slid.normal, rows / THINNING_RATIO, MAX_PAUSE_S)
+    starts = stretch_starts(slid.time, slid.position, slid.normal, rows / _THINNING_RATIO, _MAX_PAUSE_S)
     position, value = (stretch_means(each, starts) for each in (slid.position, ratio))
     return vertex_layer("friction", mesh.vertices, position, value, rows)
 
@@ -352,7 +352,7 @@ def _stiffness(
     kept, finger = felt_in_scan(record), plan.fingers[0]
     speed = np.linalg.norm(record.velocity[kept], axis=1)
     # over a whole swing: drift, such as normals tilted by a sensor's cross-talk, is not mistaken for compression
-    window = max(MIN_STIFFNESS_WINDOW, plan.config.force_period * float(np.median(speed)))
+    window = max(_MIN_STIFFNESS_WINDOW, plan.config.force_period * float(np.median(speed)))
     found = local_stiffness(
         record.time[kept],
         record.centroid[kept],
@@ -367,29 +367,23 @@ def _stiffness(
     return stiffness_layer(found, mesh.vertices, math.hypot(0.25 * window, rows))
 
 
-def _neighbour_distance(cloud: TouchCloud, scan: Scan, gap: float) -> float:
+def _neighbour_distance(cloud: TouchCloud, scan: Scan) -> float:
     """Return the distance on the surface of the rows or taps that make a map [m].
 
     A contour is one line: its map is a ribbon, as wide as that of one row of many.
     """
-    match scan:
-        case ContourScan():
-            return gap
-        case TapScan():
-            return tap_distance(cloud, gap)
-        case ActiveScan():
-            return row_distance(cloud, scan.prior)
-        case _:
-            return row_distance(cloud, gap)
+    if scan.kind == "contour":
+        return scan.row_gap
+    return (tap_distance if scan.kind == "taps" else row_distance)(cloud, scan.row_gap)
 
 
 def tap_distance(cloud: TouchCloud, spacing: float) -> float:
     """Return the distance on the surface of taps that are planned `spacing` apart, to their neighbours [m]."""
-    taps = cloud.thinned(spacing / THINNING_RATIO)
+    taps = cloud.thinned(spacing / _THINNING_RATIO)
     if len(taps) < 2:
         return spacing
     nearest = np.asarray(KDTree(taps.position).query(taps.position, 2)[0])[:, 1]
-    return _wide(nearest[nearest <= MAX_ROW_RATIO * spacing], spacing)
+    return _wide(nearest[nearest <= _MAX_ROW_RATIO * spacing], spacing)
 
 
 def row_distance(cloud: TouchCloud, spacing: float) -> float:
@@ -398,19 +392,19 @@ def row_distance(cloud: TouchCloud, spacing: float) -> float:
     In a hollow of radius R they spread by R / (R - r), with the tip's radius r: a map that ignored this would see
     holes there.
     """
-    path = cloud.thinned(spacing / THINNING_RATIO)
-    near = min(len(path), int(np.ceil(4.0 * SAME_ROW_RATIO * THINNING_RATIO)))
+    path = cloud.thinned(spacing / _THINNING_RATIO)
+    near = min(len(path), int(np.ceil(4.0 * _SAME_ROW_RATIO * _THINNING_RATIO)))
     if near < 2:
         return spacing
-    found = KDTree(path.position).query(path.position, near, distance_upper_bound=MAX_ROW_RATIO * spacing)
+    found = KDTree(path.position).query(path.position, near, distance_upper_bound=_MAX_ROW_RATIO * spacing)
     distance, index = np.asarray(found[0]), np.asarray(found[1])
     own = np.arange(len(path))[:, None]
-    nearest = np.where(np.abs(index - own) <= SAME_ROW_RATIO * THINNING_RATIO, np.inf, distance).min(axis=1)
+    nearest = np.where(np.abs(index - own) <= _SAME_ROW_RATIO * _THINNING_RATIO, np.inf, distance).min(axis=1)
     return _wide(nearest[np.isfinite(nearest)], spacing)
 
 
 def _wide(nearest: FloatArray, spacing: float) -> float:
-    return max(spacing, float(np.percentile(nearest, ROW_PERCENT))) if len(nearest) else spacing
+    return max(spacing, float(np.percentile(nearest, _ROW_PERCENT))) if len(nearest) else spacing
 
 
 def points_per_row(thin: TouchCloud, row: float, spacing: float) -> float:

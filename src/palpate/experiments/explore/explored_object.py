@@ -5,9 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
+from palpate.experiments.explore.config import ExploreConfig, ObjectName
 from palpate.experiments.explore.heights_file import heights_text, load_heights, read_heights_text
-from palpate.experiments.explore.objects import ObjectName
 from palpate.experiments.kit.scene import attached_scene, scene_attachments
 from palpate.sim import (
     Box,
@@ -34,7 +33,7 @@ MESH_TEXT = "object.off"
 HEIGHTS_TEXT = "object.csv"
 """Under this name a log keeps a height field, as `palpate explore --file` reads it."""
 
-SPHERES_ONLY: tuple[ObjectName, ...] = ("torus", "bumps", "height-field")
+_SPHERES_ONLY: tuple[ObjectName, ...] = ("torus", "bumps", "height-field")
 """Objects of which a simulation knows where a sphere touches, and no other tip."""
 
 
@@ -55,9 +54,9 @@ def scene_object(config: ExploreConfig) -> SceneObject | SceneTarget:
     """Return the object that a configuration asks for; a file is read, and what stands in it put in its place.
 
     Raises:
-        InvalidValueError: It cannot be, its file cannot be read, or the tip cannot touch it.
+        InvalidValueError: If the object is impossible, its file cannot be read, or the tip cannot touch it.
     """
-    if len(config.tip) > 1 and config.object in SPHERES_ONLY:
+    if len(config.tip) > 1 and config.object in _SPHERES_ONLY:
         tip = " ".join(f"{length:g}" for length in config.tip)
         raise InvalidValueError(
             f"tip = {tip}: {config.article} {config.object} is touched by a sphere only; give --tip one number"
@@ -91,10 +90,10 @@ def object_texts(target: SceneObject | Target, config: ExploreConfig) -> dict[st
 
     Args:
         target: From `scene_object`.
-        config: That asked for it; complete, as plans have it.
+        config: Configuration of the plan.
 
     Returns:
-        By file name; nothing for what the configuration describes by itself.
+        Texts by file name; none for an object without a file.
     """
     if config.file is None:
         return {}
@@ -119,7 +118,7 @@ def _object_in(attachments: Mapping[str, str], config: ExploreConfig) -> SceneOb
 
 
 def object_line(target: SceneObject | Target, config: ExploreConfig) -> str:
-    """Return what an object is, in one line for a report."""
+    """Return the description of an object, one line for a report."""
     if config.file is None:
         return f"{config.object}, {' x '.join(f'{1e3 * s:g}' for s in config.size)} mm"
     if isinstance(target, HeightField):
@@ -161,7 +160,7 @@ def _mesh(triangles: Triangles, config: ExploreConfig) -> SceneObject:
 
 
 def _standing(config: ExploreConfig) -> Triangles:
-    """What the file shows, standing on z = 0, the middle of its bounding box over the origin."""
+    """Return the mesh of the file, standing on z = 0, the middle of its bounding box over the origin."""
     assert config.file is not None  # ExploreConfig has made sure
     vertices, faces = read_facets(config.file)
     name = str(config.file)
@@ -185,7 +184,7 @@ def _standing(config: ExploreConfig) -> Triangles:
 
 
 def _unit_hint(size: float, scale: float) -> str:
-    """What to do about a file that is `size` [m] large with a scale, and should not be."""
+    """Return the remedy for a file whose mesh has a wrong size [m] at a scale."""
     if size < SMALLEST and scale < 1.0:
         return "is it in metres already? Then leave --scale out"
     if size > LARGEST and scale >= 1.0:

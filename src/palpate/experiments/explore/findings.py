@@ -8,13 +8,13 @@ from palpate.experiments.kit.metric import Finding
 if TYPE_CHECKING:
     from palpate.experiments.explore.exploration import ExplorationResult
 
-REPORTED_ZERO_SHARE = 0.01
+_REPORTED_ZERO_SHARE = 0.01
 """Least shift of the zero, relative to the set force, that is reported."""
 
-WELL_OBSERVED_SHARE = 0.95
+_WELL_OBSERVED_SHARE = 0.95
 """Observed share of the reachable surface at which a map counts as whole."""
 
-MIN_OBSERVED_SHARE = 0.5
+_MIN_OBSERVED_SHARE = 0.5
 """Observed share of the reachable surface below which an exploration has missed its purpose."""
 
 _DENSER = {
@@ -30,7 +30,7 @@ none."""
 
 def explored_enough(result: "ExplorationResult") -> bool:
     """Return whether at least half of the reachable surface is observed; true where the surface is unknown."""
-    return not result.coverage < MIN_OBSERVED_SHARE
+    return not result.coverage < _MIN_OBSERVED_SHARE
 
 
 def _done(result: "ExplorationResult") -> bool:
@@ -87,7 +87,7 @@ FINDINGS = (
     ),
     Finding(lambda result: result.changes, _changes),
     Finding(
-        lambda result: result.assumptions.zero_moved > REPORTED_ZERO_SHARE * result.config.force,
+        lambda result: result.assumptions.zero_moved > _REPORTED_ZERO_SHARE * result.config.force,
         lambda result: (
             f"The sensor's zero moved by {result.assumptions.zero_moved:.2g} N during the run, and the force was "
             "off by as much; tare the sensor, let it warm up, or explore in shorter runs."
@@ -115,7 +115,7 @@ FINDINGS = (
         ),
     ),
     Finding(
-        lambda result: _denser(result) and result.claimed_map and result.coverage < WELL_OBSERVED_SHARE,
+        lambda result: _denser(result) and result.claimed_map and result.coverage < _WELL_OBSERVED_SHARE,
         remedy=lambda result: (
             f"{100.0 * result.coverage:.0f} % of the reachable surface is observed: {_denser(result)}."
         ),

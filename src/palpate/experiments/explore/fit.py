@@ -10,11 +10,10 @@ from scipy.ndimage import minimum_filter
 
 from palpate.controllers.paths import Point
 from palpate.errors import FloatArray, InvalidValueError
-from palpate.experiments.explore.config import ExploreConfig
-from palpate.experiments.explore.objects import FROM_FILE
+from palpate.experiments.explore.config import FROM_FILE, ExploreConfig
 from palpate.sim import SceneObject
 
-SURVEY_EXTENTS = (0.05, 0.1, 0.25, 0.5, 1.0)
+_SURVEY_EXTENTS = (0.05, 0.1, 0.25, 0.5, 1.0)
 """Half sides of the square in which a better place is sought [m], until the object lies inside."""
 
 
@@ -144,11 +143,11 @@ def _elsewhere(target: SceneObject, radius: float, requested: Region) -> Iterato
 
 def _survey(target: SceneObject, radius: float) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
     """Return places along x and y [m], and whether the tip can touch there, y along rows."""
-    for extent in SURVEY_EXTENTS:
+    for extent in _SURVEY_EXTENTS:
         along = np.linspace(-extent, extent, 121)
         places = along.tolist()
         reached = np.array([[target.reachable(u, v, radius) for u in places] for v in places])
-        if extent == SURVEY_EXTENTS[-1] or not (reached[[0, -1]].any() or reached[:, [0, -1]].any()):
+        if extent == _SURVEY_EXTENTS[-1] or not (reached[[0, -1]].any() or reached[:, [0, -1]].any()):
             return along, reached
     raise AssertionError("SURVEY_EXTENTS is empty")
 

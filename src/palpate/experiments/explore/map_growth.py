@@ -21,7 +21,7 @@ from palpate.runtime.shown_plan import PlanChange, ShownMark
 PATH_SHARES = (0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
 """Shares of the path length at which the map is made."""
 
-CM2_PER_M2 = 1e4
+_CM2_PER_M2 = 1e4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,7 +153,7 @@ def growth_figure(growth: MapGrowth) -> Figure:
     area, deviation = Axis("observed area", "cm²", low=0.0), Axis("sd", "µm", low=0.0)
     tail, middle = MICRO * growth.tail, MICRO * growth.middle
     areas = [
-        Panel((Line(x, CM2_PER_M2 * growth.area, colour=FELT, points=True),), axis, area, height=210)
+        Panel((Line(x, _CM2_PER_M2 * growth.area, colour=FELT, points=True),), axis, area, height=210)
         for axis, x in scales
     ]
     deviations = [
@@ -171,7 +171,7 @@ def growth_figure(growth: MapGrowth) -> Figure:
     return Figure(
         title="Growth of the map",
         caption=(
-            f"In the end {CM2_PER_M2 * growth.area[-1]:.3g} cm² are observed, half of them to ±{middle[-1]:.3g} "
+            f"In the end {_CM2_PER_M2 * growth.area[-1]:.3g} cm² are observed, half of them to ±{middle[-1]:.3g} "
             f"µm, 95 % to ±{tail[-1]:.3g} µm or better (one standard deviation). All moments use the noise and "
             "surface model learned from the whole run. A growing area and falling deviations are good; where both "
             "are flat, the rest of the run added little."
@@ -213,7 +213,7 @@ def _heading(growth: MapGrowth, moment: int) -> str:
         return done
     sd = growth.middle[moment]
     known = f", sd {MICRO * sd:.3g} µm" if np.isfinite(sd) else ""
-    return f"{done}: {CM2_PER_M2 * growth.area[moment]:.3g} cm²{known}"
+    return f"{done}: {_CM2_PER_M2 * growth.area[moment]:.3g} cm²{known}"
 
 
 def _drawn(growth: MapGrowth, each: GrowthSnapshot) -> tuple[Surface | Polyline | Spots, ...]:

@@ -44,7 +44,7 @@ def _reachable(result: "ExplorationResult") -> str:
 
 def _goal(result: "ExplorationResult") -> Any:
     """Goal of an active exploration; None of others."""
-    return getattr(result.plan.scan, "goal", None)
+    return result.plan.scan.goal
 
 
 def _marks(result: "ExplorationResult") -> str:
@@ -191,7 +191,7 @@ METRICS = (
         "mm",
         note="object, or end of the tool, by elastic contacts and slip, seen from the fingers that hold it",
         needs_truth=True,
-        applies=lambda result: len(result.plan.fingers) > 1,
+        applies=lambda result: result.held_motion is not None,
     ),
     Metric("contacts", "contacts", "", lambda result: len(result.cloud)),
     Metric("marks", "marks", "", lambda result: len(result.marks), note=_marks),

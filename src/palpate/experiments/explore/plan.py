@@ -21,11 +21,10 @@ from palpate.controllers import (
 from palpate.controllers.explore_parameters import ACCELERATION
 from palpate.controllers.paths import Circuit, Hop, Leg, Mark, PathPlane, Point, SingleTouch, Stroke
 from palpate.errors import InvalidValueError
-from palpate.experiments.explore.config import FASTEST, SLOWEST, ExploreConfig
+from palpate.experiments.explore.config import FASTEST, FROM_FILE, SLOWEST, ExploreConfig
 from palpate.experiments.explore.experiment import FILE_NAMES
 from palpate.experiments.explore.explored_object import object_notes, object_of, object_texts
-from palpate.experiments.explore.objects import FROM_FILE
-from palpate.experiments.explore.scans import ActiveScan, ContourScan, Effort, Scan, scan_on
+from palpate.experiments.explore.scan import PathTiming, Scan, scan_on
 from palpate.experiments.kit.checks import (
     MIN_FORCE_PER_TOUCH_FORCE,
     check_acceleration,
@@ -44,6 +43,8 @@ from palpate.experiments.kit.one_finger import (
     Identified,
     PressingPlan,
     Setup,
+    check_workspace,
+    workspace_around,
 )
 from palpate.kinematics import follow_path
 from palpate.mapping import Knowledge
@@ -81,9 +82,6 @@ _CONTOUR_BEND = 2.0
 
 _SPARE_TIME = 10.0
 """Time that a run may take beyond the longest duration of its scan [s]."""
-
-_MILLI = 1e3
-"""mm per m."""
 
 _LOOK_EVERY = 10
 """Periods between two looks at the marks: ten milliseconds, three times as often as figures are drawn."""
@@ -172,7 +170,7 @@ class ExplorationPlan(PressingPlan):
         scan: Path of the centre of the tip.
         plane: Plane in which coordinates of the tip frame's origin are those of the centre of the tip.
         parameters: Parameters of the controller.
-        effort: Durations of paths.
+        timing: Durations of paths.
         wall: Bound on the force of hitting a wall during the sweep.
     """
 
@@ -180,7 +178,7 @@ class ExplorationPlan(PressingPlan):
     scan: Scan
     plane: PathPlane
     parameters: ExploreParameters
-    effort: Effort
+    timing: PathTiming
     wall: WallBound
 
     @property
@@ -212,7 +210,7 @@ class ExplorationPlan(PressingPlan):
 
     def controller(self) -> ExploreController:
         """Return a fresh controller with a fresh strategy."""
-        found, strategy = self.identified, self.scan.strategy(self.plane, self.effort)
+        found, strategy = self.identified, self.scan.strategy(self.plane, self.timing)
         law = None if found is None else found.law(self.period)
         return ExploreController(self.parameters, strategy, self.period, law=law, profile=self.profile)
 
@@ -241,19 +239,19 @@ class ExplorationPlan(PressingPlan):
         """
         parameters = replace(self.parameters, gain=found.gain)
         check_changes(self.config.change, live_parameters(parameters))
-        effort = replace(self.effort, parameters=parameters)
-        return replace(self, parameters=parameters, effort=effort, identified=found)
+        timing = replace(self.timing, parameters=parameters)
+        return replace(self, parameters=parameters, timing=timing, identified=found)
 
     def view(self) -> ViewScene:
         """Return scene, map and the surface that the map becomes."""
         config = self.config
         growing = SurfaceView(
-            rows=self.scan.prior if isinstance(self.scan, ActiveScan) else config.gap,
+            rows=self.scan.row_gap,
             voxel=config.map_spacing,
             half_compliance=self.half_compliance,
             sensed_force=config.force,
             # beside a single line nothing is surrounded by contacts: its ribbon is all there is
-            worst=Knowledge.EXTRAPOLATED if isinstance(self.scan, ContourScan) else Knowledge.OBSERVED,
+            worst=Knowledge.EXTRAPOLATED if self.scan.kind == "contour" else Knowledge.OBSERVED,
         )
         return replace(super().view(), map_spacing=config.map_spacing, surface=growing)
 
@@ -298,7 +296,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
     ready, landing = setup.ready, setup.landing
     _check_push(config, ready)
     check_speed("speed", config.speed, limits)
-    bend = "go more slowly, or take a larger fingertip" if isinstance(scan, ContourScan) else "raise the limit"
+    bend = "go more slowly, or take a larger fingertip" if scan.kind == "contour" else "raise the limit"
     check_acceleration(f"speed = {speed:g} m/s: the acceleration", acceleration, limits, bend)
     fastest = max(speed, limits.commanded_speed - MAX_LANDING_SPEED)
     setup = setup.allowing(f"speed = {speed:g} m/s", speed + MAX_LANDING_SPEED)
@@ -328,7 +326,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
     check_changes(config.change, live_parameters(parameters))
     below = float(target.height(*map(np.array, scan.begin)))
     below = target.bottom if math.isnan(below) else below  # beside its rim a tip touches a ball, too
-    effort = Effort(parameters, max(top - below - config.tip[-1], CLEARANCE), descent)
+    timing = PathTiming(parameters, max(top - below - config.tip[-1], CLEARANCE), descent)
     wall = WallBound.of(landing, config.force, config.speed, config.friction, limits.force)
     path = _tip_path(scan, target, plane, config.tip[-1])
     unsafe = config.speed > wall.speed and (config.beyond or config.object in FROM_FILE)
@@ -336,9 +334,9 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
         setup=setup,
         config=config,
         title=f"Exploration of {config.thing} by touch",
-        quantities=_quantities(config, scan, effort),
-        expected_duration=scan.duration(effort),
-        longest_duration=scan.longest(effort) + _SPARE_TIME,
+        quantities=_quantities(config, scan, timing),
+        expected_duration=scan.duration(timing),
+        longest_duration=scan.longest(timing) + _SPARE_TIME,
         files=FILE_NAMES,
         # the object may not be as described
         notes=(*((f"A wall or step in the path would be {wall}.",) if unsafe else ()), *object_notes(touched)),
@@ -346,7 +344,7 @@ def plan_on(touched: SceneObject | Target, config: ExploreConfig, robot: Robot) 
         scan=scan,
         plane=plane,
         parameters=parameters,
-        effort=effort,
+        timing=timing,
         wall=wall,
     )
 
@@ -380,7 +378,7 @@ def _fastest(config: ExploreConfig) -> float:
 
 def _acceleration(config: ExploreConfig, scan: Scan) -> float:
     """Return the bound on tangential acceleration [m/s^2]: a contour may bend round the fingertip."""
-    if not isinstance(scan, ContourScan):
+    if scan.kind != "contour":
         return ACCELERATION
     return max(ACCELERATION, _CONTOUR_BEND * config.speed**2 / min(config.tip))
 
@@ -404,27 +402,14 @@ def _limits(
     """
     (x0, y0), (x1, y1) = scan.box
     lower, upper = plane.base((x0, y0), top - descent), plane.base((x1, y1), top)
-    for axis, low, high, least, most in zip(
-        "xyz", lower, upper, robot.workspace_lower, robot.workspace_upper, strict=True
-    ):
-        if high > most or (low < least and axis != "z"):  # the object decides how far down it comes
-            raise InvalidValueError(
-                f"the path reaches from {low:g} to {high:g} m along {axis}: it leaves the robot's workspace, "
-                f"{least:g} to {most:g} m (limits.workspace_lower_m, workspace_upper_m in the robot file); take a "
-                "smaller region or object, or a robot with more room"
-            )
+    remedy = "take a smaller region or object, or a robot with more room"
+    check_workspace(robot, lower, upper, remedy, down_to_object=True)
     stopping = 0.5 * speed**2 / acceleration
-    # nearer to the robot's own workspace the supervisor stops what moves on
+    # nearer to the robot's own workspace the supervisor stops a tip that moves on
     braking = speed * (robot.sample_age + Stopping().delay)
-
-    def around(room: float, inset: float = 0.0) -> tuple[Vector, Vector]:
-        low = (max(a - room, least + inset) for a, least in zip(lower, robot.workspace_lower, strict=True))
-        high = (min(a + room, most - inset) for a, most in zip(upper, robot.workspace_upper, strict=True))
-        return (next(low), next(low), next(low)), (next(high), next(high), next(high))
-
-    workspace_lower, workspace_upper = around(_ROOM + stopping)
+    workspace_lower, workspace_upper = workspace_around(robot, lower, upper, _ROOM + stopping)
     limits = msgspec.structs.replace(robot, workspace_lower=workspace_lower, workspace_upper=workspace_upper)
-    return limits, Room(*around(0.5 * _ROOM + stopping, braking))
+    return limits, Room(*workspace_around(robot, lower, upper, 0.5 * _ROOM + stopping, braking))
 
 
 def _check_push(config: ExploreConfig, ready: RobotInScene) -> None:
@@ -468,19 +453,19 @@ def _tip_path(scan: Scan, target: SceneObject, plane: PathPlane, tip_height: flo
     return [plane.base((x, y), z) for (x, y), z in zip(places.tolist(), lowest.tolist(), strict=True)]
 
 
-def _quantities(config: ExploreConfig, scan: Scan, effort: Effort) -> tuple[Quantity, ...]:
+def _quantities(config: ExploreConfig, scan: Scan, timing: PathTiming) -> tuple[Quantity, ...]:
     """Return the quantities of a dry run."""
-    (x0, y0), (x1, y1) = ((_MILLI * x, _MILLI * y) for x, y in scan.box)
+    (x0, y0), (x1, y1) = ((1e3 * x, 1e3 * y) for x, y in scan.box)
     length_note = "what is felt decides" if math.isnan(scan.length) else "seen from above"
     return (
         Quantity("path", scan.line),
-        Quantity("expected duration", scan.duration(effort), "s", "without pressing first"),
-        Quantity("longest duration", scan.longest(effort) + _SPARE_TIME, "s", "then it is stopped"),
-        Quantity("path length", _MILLI * scan.length, "mm", length_note),
+        Quantity("expected duration", scan.duration(timing), "s", "without pressing first"),
+        Quantity("longest duration", scan.longest(timing) + _SPARE_TIME, "s", "then it is stopped"),
+        Quantity("path length", 1e3 * scan.length, "mm", length_note),
         Quantity("path along x", x1 - x0, "mm", f"from {x0:.4g} to {x1:.4g} mm"),
         Quantity("path along y", y1 - y0, "mm", f"from {y0:.4g} to {y1:.4g} mm"),
         Quantity("force", config.force, "N", "to hold"),
         Quantity("greatest force asked for", config.greatest_force, "N"),
-        Quantity("speed", _MILLI * config.speed, "mm/s", "along the surface"),
-        Quantity("landing speed", _MILLI * effort.parameters.landing_speed, "mm/s"),
+        Quantity("speed", 1e3 * config.speed, "mm/s", "along the surface"),
+        Quantity("landing speed", 1e3 * timing.parameters.landing_speed, "mm/s"),
     )

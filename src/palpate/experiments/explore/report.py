@@ -14,7 +14,6 @@ from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.explored_object import object_line
 from palpate.experiments.explore.findings import explored_enough
 from palpate.experiments.explore.map_growth import growth_figure, snapshots_figure
-from palpate.experiments.explore.scans import ContourScan
 from palpate.experiments.explore.surface_figure import MICRO, MILLI, contour_figure, surface_figure
 from palpate.experiments.explore.tables import candidate_rows, layer_rows, map_rows, shape_rows, shape_sentence
 from palpate.experiments.kit.metric import NOT_KNOWN
@@ -41,7 +40,7 @@ MIN_SPIN_SPAN = 0.01
 def exploration_report(experiment: "Explore", result: ExplorationResult) -> Report:
     """Return the report on an exploration."""
     config, found = result.config, result.map
-    surface = contour_figure if isinstance(result.plan.scan, ContourScan) else surface_figure
+    surface = contour_figure if result.plan.scan.kind == "contour" else surface_figure
     nothing = "" if len(result.cloud) else "The finger felt nothing, so there is no surface to show."
     run = result.run
     # the band is widened for fine detail, but not for a model at a limit of its search

@@ -9,7 +9,6 @@ import numpy as np
 from palpate.controllers.paths import Mark, PathEvent
 from palpate.errors import FloatArray
 from palpate.experiments.explore.explored_map import ExploredMap
-from palpate.experiments.explore.scans import TapScan
 from palpate.mapping import HeightMap, TouchCloud, height_map_triangles
 from palpate.mapping.layers import VertexLayer
 from palpate.reporting.figure import Axis, Figure, Panel, Space
@@ -25,28 +24,28 @@ if TYPE_CHECKING:
 MILLI, MICRO = 1e3, 1e6
 
 HEIGHT_QUANTITY = "height z"
-ERROR_OF_MAP = "error of the map, + is outside"
+_ERROR_OF_MAP = "error of the map, + is outside"
 ERROR_OF_POINTS = "error of single points, + is outside"
 """Quantities, as the switch between them names them."""
 
-SHOWN_PERCENT = 99.0
+_SHOWN_PERCENT = 99.0
 """Percentage of the values that colours span, so that a few outliers do not hide the rest."""
 
 MIN_RELIEF = 0.05
 """Least span of the colours of heights, relative to the horizontal extent, so that a flat surface looks flat."""
 
-MIN_ERROR_SPAN = 1e-3
+_MIN_ERROR_SPAN = 1e-3
 """Least span of the colours of errors to either side [µm]: less is rounding."""
 
 MAX_PATH_POINTS = 4000
 """Points of a path: more than pixels can resolve."""
 
-MISSED = "could be felt, is not observed"
+_MISSED = "could be felt, is not observed"
 
 
 @dataclass(frozen=True, slots=True)
 class LayerLook:
-    """Display of a layer.
+    """Display of a layer in figures and tables.
 
     Attributes:
         quantity: Name of the quantity.
@@ -54,6 +53,8 @@ class LayerLook:
         scale: Factor from SI to that unit.
         least: Least span of the colours in that unit; they also span at least twice the deviation.
         signed: Whether colours show the sign; where both signs occur, zero is in their middle.
+        note: Remark in the table.
+        deviation: Sign or words before the standard deviation in the table.
     """
 
     quantity: str
@@ -61,6 +62,8 @@ class LayerLook:
     scale: float = 1.0
     least: float = 0.0
     signed: bool = False
+    note: str = ""
+    deviation: str = "±"
 
 
 def _curvature(quantity: str) -> LayerLook:
@@ -69,14 +72,24 @@ def _curvature(quantity: str) -> LayerLook:
 
 
 LAYER_LOOKS: Mapping[str, LayerLook] = {
-    "friction": LayerLook("friction while sliding", least=0.02),
-    "stiffness": LayerLook("stiffness of the object", unit="kN/m", scale=1e-3),
-    "curvature_mean": _curvature("mean curvature, + is convex"),
+    "friction": LayerLook(
+        "friction while sliding",
+        least=0.02,
+        note="measured where it slid steadily, not near turns, landings and accelerations",
+        deviation="scatters by",
+    ),
+    "stiffness": LayerLook(
+        "stiffness of the object",
+        unit="kN/m",
+        scale=1e-3,
+        note="the object alone: half of the compression is attributed to the tip",
+    ),
     "curvature_max": _curvature("largest curvature, + is convex"),
     "curvature_min": _curvature("smallest curvature, + is convex"),
+    "curvature_mean": _curvature("mean curvature, + is convex"),
     "curvature_rolled": _curvature("mean curvature, from how normals turned"),
 }
-"""Layers that palpate makes, by name; see `palpate.mapping.layers`."""
+"""Displays of the layers that palpate makes, keyed as in `palpate.mapping.layers`."""
 
 
 def map_colourings(found: ExploredMap) -> tuple[Colouring, ...]:
@@ -85,7 +98,7 @@ def map_colourings(found: ExploredMap) -> tuple[Colouring, ...]:
     layers = (layer_colouring(each) for each in found.layers if isinstance(each, VertexLayer))
     return (
         height_colouring(mesh.vertices),
-        *([error_colouring(ERROR_OF_MAP, found.error)] if found.truth_known else []),
+        *([_error_colouring(_ERROR_OF_MAP, found.error)] if found.truth_known else []),
         _deviation("standard deviation", mesh.sd),
         _deviation("95 % band, half its width", mesh.band()),
         *(each for each in layers if each is not None),
@@ -93,7 +106,7 @@ def map_colourings(found: ExploredMap) -> tuple[Colouring, ...]:
 
 
 def _deviation(quantity: str, value: FloatArray) -> Colouring:
-    largest = max(MICRO * float(np.nanpercentile(value, SHOWN_PERCENT)), MIN_ERROR_SPAN)
+    largest = max(MICRO * float(np.nanpercentile(value, _SHOWN_PERCENT)), _MIN_ERROR_SPAN)
     return Colouring(quantity, MICRO * value, "µm", 0.0, largest)
 
 
@@ -105,11 +118,11 @@ def height_colouring(points: FloatArray) -> Colouring:
     return Colouring(HEIGHT_QUANTITY, MILLI * points[:, 2], "mm", MILLI * (middle - half), MILLI * (middle + half))
 
 
-def error_colouring(quantity: str, error: FloatArray) -> Colouring:
+def _error_colouring(quantity: str, error: FloatArray) -> Colouring:
     """Return signed errors (n,) [m], white where there is none."""
     size = np.abs(error[np.isfinite(error)])
-    largest = MICRO * float(np.percentile(size, SHOWN_PERCENT)) if len(size) else 0.0
-    limit = max(largest, MIN_ERROR_SPAN)
+    largest = MICRO * float(np.percentile(size, _SHOWN_PERCENT)) if len(size) else 0.0
+    limit = max(largest, _MIN_ERROR_SPAN)
     return Colouring(quantity, MICRO * error, "µm", -limit, limit, ColourScale.ERROR)
 
 
@@ -124,7 +137,7 @@ def layer_colouring(layer: VertexLayer) -> Colouring | None:
     if not known.any():
         return None
     spread = float(np.median(sd[np.isfinite(sd)])) if np.isfinite(sd).any() else 0.0
-    low, high = np.percentile(value[known], [100.0 - SHOWN_PERCENT, SHOWN_PERCENT]).tolist()
+    low, high = np.percentile(value[known], [100.0 - _SHOWN_PERCENT, _SHOWN_PERCENT]).tolist()
     room = max(0.5 * (max(look.least, 2.0 * spread) - (high - low)), 0.0)
     low, high = low - room, high + room
     if look.signed and low < 0.0 < high:
@@ -191,9 +204,9 @@ def surface_figure(result: "ExplorationResult") -> Figure | None:
     if not len(result.cloud):
         return None
     found, known = result.claimed_map, result.truth.known
-    tapped = isinstance(result.plan.scan, TapScan)
+    tapped = result.plan.scan.kind == "taps"
     points, error = felt_path(result.cloud, result.point_error, dots=found is None or tapped)
-    errors = (error_colouring(ERROR_OF_POINTS, error),) if known else ()
+    errors = (_error_colouring(ERROR_OF_POINTS, error),) if known else ()
     solids: list[Solid] = []
     if found is None:
         heights = height_colouring(points)
@@ -204,7 +217,7 @@ def surface_figure(result: "ExplorationResult") -> Figure | None:
         solids.append(Surface(found.mesh.vertices, found.mesh.triangles, "map", map_colourings(found)))
         missed = _missed(found)
         if len(missed):
-            solids.append(Spots(missed, MISSED, TRUTH, 2.5, Symbol.DIAMOND))
+            solids.append(Spots(missed, _MISSED, TRUTH, 2.5, Symbol.DIAMOND))
         if tapped:
             solids.append(Spots(points, "contacts", TRACK, 3.0, colourings=errors))
         else:
@@ -242,7 +255,7 @@ def _map_caption(found: ExploredMap) -> str:
         "The surface inside the measured region, and the path over it. Holes and the area beyond the rim were not "
         "touched; grey: unknown. Standard deviations are of random errors; together with the offset that may be "
         f"common to all points, {MICRO * found.mesh.bias:.3g} µm, they make a 95 % band of "
-        f"±{MICRO * found.band:.3g} µm (median).{inside}{truth} Colours span {SHOWN_PERCENT:.0f} % of the "
+        f"±{MICRO * found.band:.3g} µm (median).{inside}{truth} Colours span {_SHOWN_PERCENT:.0f} % of the "
         "values. A good surface has no holes, looks like the object, is off by no more than its band, and shows "
         "no pattern in its errors."
     )
@@ -298,7 +311,7 @@ def _outline(result: "ExplorationResult", points: FloatArray) -> tuple[Line | Po
     marks.append(Line(MILLI * points[:, 0], MILLI * points[:, 1], "felt", FELT, width=1.6))
     left = MILLI * _missed(result.map)
     if len(left):
-        marks.append(Points(left[:, 0], left[:, 1], MISSED, TRUTH, 4.0, Symbol.CROSS))
+        marks.append(Points(left[:, 0], left[:, 1], _MISSED, TRUTH, 4.0, Symbol.CROSS))
     for event, places in places_by_event(result.marks).items():
         x, y, _ = MILLI * places.T
         marks.append(Points(x, y, event, *event_look(event), texts=(event,) * len(places)))

@@ -7,34 +7,21 @@ import numpy as np
 from palpate.estimation import Assumption
 from palpate.experiments.explore.explored_map import ExploredMap
 from palpate.experiments.explore.named_shape import NamedShape
+from palpate.experiments.explore.surface_figure import LAYER_LOOKS, MILLI
 from palpate.mapping import PrimitiveFit, PrimitiveKind
 from palpate.mapping.primitives.shape import TURNS, PrimitiveShape
 
-MILLI = 1e3
-
-MIN_SHOWN_OFFSET = 1e-8
+_MIN_SHOWN_OFFSET = 1e-8
 """Least offset by contradicted assumptions that is shown [m]."""
 
-NEGLIGIBLE_DEVIATION = 1e-3
+_NEGLIGIBLE_DEVIATION = 1e-3
 """Relative standard deviation below which only its bound is shown."""
 
-LAYER_ROWS = (
-    ("friction", "friction", 1.0, "", "scatters by",
-     "measured where it slid steadily, not near turns, landings and accelerations"),
-    ("stiffness of the object", "stiffness", 1e-3, "kN/m", "±",
-     "the object alone: half of the compression is attributed to the tip"),
-    ("largest curvature", "curvature_max", 1.0, "1/m", "±", "convex is positive"),
-    ("smallest curvature", "curvature_min", 1.0, "1/m", "±", ""),
-    ("mean curvature of the map", "curvature_mean", 1.0, "1/m", "±", ""),
-    ("mean curvature by normals", "curvature_rolled", 1.0, "1/m", "±", "from how they turned"),
-)  # fmt: skip
-"""Name, layer, factor from SI to the unit, unit, sign of the deviation, note."""
-
-Row = tuple[str, str, str, str]
+_Row = tuple[str, str, str, str]
 """Name, value, unit, note."""
 
 
-def map_rows(found: ExploredMap) -> tuple[Row, ...]:
+def map_rows(found: ExploredMap) -> tuple[_Row, ...]:
     """Return the error budget of a map, and the noise of its contacts."""
     budget, mesh, model, claimed = found.budget, found.mesh, found.surface.model, found.claimed
     known = budget.calibration > 0.0
@@ -51,7 +38,7 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
         ("noise of normals", f"{math.degrees(model.tilt):.2g}", "degrees", "learned"),
         ("grid of the mesh", f"{MILLI * mesh.voxel:.3g}", "mm", ""),
     ]  # fmt: skip
-    if budget.shown >= MIN_SHOWN_OFFSET:
+    if budget.shown >= _MIN_SHOWN_OFFSET:
         shown = ("- as the run showed", _mm(budget.shown), "mm", "the zero moved, or another stiffness was felt")
         rows.insert(5, shown)
     if claimed.any():
@@ -60,23 +47,24 @@ def map_rows(found: ExploredMap) -> tuple[Row, ...]:
     return tuple(rows)
 
 
-def layer_rows(found: ExploredMap) -> tuple[Row, ...]:
+def layer_rows(found: ExploredMap) -> tuple[_Row, ...]:
     """Return the median of each layer, the part of the map where it is known, and its variation."""
     rows = []
-    for name, layer, scale, unit, sign, note in LAYER_ROWS:
+    for layer, look in LAYER_LOOKS.items():
         summary = found.layer(layer)
         if summary is None:
             continue
-        middle, low, high = (f"{scale * each:.3g}" for each in (summary.median, summary.low, summary.high))
-        deviation, bound = scale * summary.sd, NEGLIGIBLE_DEVIATION * abs(float(middle))
+        middle, low, high = (f"{look.scale * each:.3g}" for each in (summary.median, summary.low, summary.high))
+        deviation, bound = look.scale * summary.sd, _NEGLIGIBLE_DEVIATION * abs(float(middle))
+        spread = f"{deviation:.2g}" if deviation >= bound else f"less than {_NEGLIGIBLE_DEVIATION:.1%}"
         notes = [
-            f"{sign} {deviation:.2g}" if deviation >= bound else f"{sign} less than {NEGLIGIBLE_DEVIATION:.1%}",
+            f"{look.deviation} {spread}",
             f"known on {100.0 * summary.share:.0f} % of the map",
             f"{low} all over" if low == high else f"{low} to {high} over nine tenths of that",
-            note,
+            look.note,
         ]
         known = notes if math.isfinite(summary.sd) else notes[1:]
-        rows.append((name, middle, unit, "; ".join(each for each in known if each)))
+        rows.append((look.quantity, middle, look.unit, "; ".join(each for each in known if each)))
     return tuple(rows)
 
 
@@ -101,7 +89,7 @@ def shape_sentence(found: ExploredMap, shape: NamedShape) -> str:
     )
 
 
-def shape_rows(shape: NamedShape) -> tuple[Row, ...]:
+def shape_rows(shape: NamedShape) -> tuple[_Row, ...]:
     """Return the numbers of the shape, each with a half-width that holds it with 95 %."""
     fit = shape.fit
     if fit is None:
@@ -123,12 +111,12 @@ def shape_rows(shape: NamedShape) -> tuple[Row, ...]:
     return tuple(rows)
 
 
-def candidate_rows(shape: NamedShape) -> tuple[Row, ...]:
+def candidate_rows(shape: NamedShape) -> tuple[_Row, ...]:
     """Return each shape with its distance from the contacts."""
     return tuple(_candidate(shape, kind, fit) for kind, fit in shape.choice.fits.items())
 
 
-def _candidate(shape: NamedShape, kind: PrimitiveKind, fit: PrimitiveFit[PrimitiveShape]) -> Row:
+def _candidate(shape: NamedShape, kind: PrimitiveKind, fit: PrimitiveFit[PrimitiveShape]) -> _Row:
     if fit.verdict.breaks(Assumption.ENOUGH_DATA):
         return (kind.value, "-", "", "not seen: no two faces were felt")
     tilt = f"normals miss by {math.degrees(fit.normal_sd):.2g} degrees"

@@ -8,19 +8,21 @@ from typing import Literal
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.checks import (
     MAX_FORCE,
-    check_force_noise,
-    check_friction,
-    check_period,
     check_size,
-    check_spin_length,
-    check_tip,
 )
-from palpate.experiments.kit.options import NOISY, PERIODIC, TOUCHED, check_options, option
+from palpate.experiments.kit.options import TOUCHED, check_options, option, own_first, with_default
+from palpate.experiments.kit.scene_options import (
+    DriftOptions,
+    FingerOptions,
+    LimitSurfaceOptions,
+    ObjectOptions,
+    SceneOptions,
+)
 from palpate.friction.limit_surface import LimitSurface
 
-RubbedName = Literal["plate", "box", "sphere"]
+_RubbedName = Literal["plate", "box", "sphere"]
 
-SIZES: dict[RubbedName, tuple[float, ...]] = {
+SIZES: dict[_RubbedName, tuple[float, ...]] = {
     "plate": (0.2, 0.2, 0.04),
     "box": (0.08, 0.08, 0.04),
     "sphere": (0.04,),
@@ -31,34 +33,35 @@ SIZES: dict[RubbedName, tuple[float, ...]] = {
 EXPONENT_SLIPS = 18
 """There and back: with 3 % scatter they determine p within 0.15 and gamma within 0.05 in 95 % of all trials."""
 
-SLOWEST_RUB = 1e-4
+_SLOWEST_RUB = 1e-4
 """[m/s] The least travel takes 40 s then; what moves so slowly creeps, and only looks like slip."""
 
-CREEP = "; slower, strokes take minutes and creep looks like slip"
-"""Remark on speeds below `SLOWEST_RUB`."""
+_CREEP = "; slower, strokes take minutes and creep looks like slip"
+"""Remark on speeds below `_SLOWEST_RUB`."""
 
-SOFTEST_SKIN = 1.0
-"""[N/m] It gives way by far more than a finger may rub before the least load slips."""
+_SOFTEST_SKIN = 1.0
+"""Lower bound on the stiffness of a skin [N/m]: a softer one yields too far before the smallest load slips."""
 
-CALIBRATED = 0.003
+_CALIBRATED = 0.003
 """Standard deviation of the ratio of two loads on different axes after a calibration on the spot."""
 
-LARGEST_CALIBRATION = 0.2
+_LARGEST_CALIBRATION = 0.2
 """More is no calibration, or in per cent."""
 
-MOST_REPEATS = 100
+_MOST_REPEATS = 100
 """They average the noise down to a tenth, in an hour of rubbing."""
 
 STIFFNESS = 4e3
-"""Of a rubber fingertip on something hard [N/m]."""
+"""Stiffness of a rubber fingertip on something hard [N/m]."""
 
 LIBRARY_TEXT = "library.yaml"
 """Under this name a log keeps the library."""
 
 
-@dataclass(frozen=True, slots=True)
-class FrictionConfig:
-    """Rub a fingertip on an unknown surface, to measure what a contact there bears before it slips.
+@own_first
+@dataclass(frozen=True)
+class FrictionConfig(FingerOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions):
+    """Rub a fingertip on an unknown surface, to measure the load at which a contact slips.
 
     A fingertip on a six-axis force/torque sensor lands, presses with each load, slides there and back, turns about
     the contact's normal and back, and lifts off. From that come mu (tangential over normal force in slip) and e
@@ -92,34 +95,32 @@ class FrictionConfig:
     Afterwards `palpate replay runs/friction` computes every command again, from the log.
     """
 
-    object: RubbedName = option("plate", fixed=TOUCHED)
-    """What is rubbed: the top of a plate of 0.2 x 0.2 m, of a box of 80 x 80 x 40 mm, or of a sphere of 40 mm
+    object: _RubbedName = with_default(ObjectOptions, "object", "plate")
+    """Object to rub: the top of a plate of 0.2 x 0.2 m, of a box of 80 x 80 x 40 mm, or of a sphere of 40 mm
     radius."""
-    size: tuple[float, ...] = option((), "m", fixed=TOUCHED)
-    """Of the object [m]: three lengths of plate or box, the radius of a sphere. Left out: as above."""
-    friction: float = option(0.5, fixed=TOUCHED, symbol="mu", check=check_friction)
+    size: tuple[float, ...] = with_default(ObjectOptions, "size", ())
+    """Size of the object [m]: three lengths of plate or box, the radius of a sphere. Left out: as above."""
+    friction: float = with_default(SceneOptions, "friction", 0.5)
     """True friction coefficient mu of the simulated surface; its kinetic one if the friction plant rubs."""
-    spin_length: float = option(0.003, "m", fixed=TOUCHED, symbol="e", check=check_spin_length)
-    """Its true e at 1 N: largest spin torque per largest friction force [m]."""
-    norm_exponent: float | None = option(None, fixed=TOUCHED, bound="positive", symbol="p")
-    """Its true p: how force and torque share, 2 (ellipse) to 1 (diamond). This and the next five make the friction
-    plant rub; with all of them left out it is MuJoCo, whose friction is an ellipse."""
-    load_exponent: float | None = option(None, fixed=TOUCHED, bound="not negative", symbol="gamma")
-    """Its true gamma: e grows as load^gamma, 0 to 1/3."""
+    spin_length: float = with_default(SceneOptions, "spin_length", 0.003)
+    """True e of the simulated surface at 1 N: largest spin torque per largest friction force [m]."""
     static_friction: float | None = option(None, fixed=TOUCHED, bound="positive")
-    """Its true mu at rest, at least --friction."""
+    """True mu at rest, at least --friction. This, the next three, --norm-exponent and --load-exponent make the
+    friction plant rub; with all of them left out it is MuJoCo, whose friction is an ellipse."""
     stribeck_speed: float | None = option(None, "m/s", fixed=TOUCHED, bound="positive")
     """How fast mu falls from static to kinetic [m/s]; goes with --static-friction. Left out: 0.01."""
     viscous_friction: float | None = option(None, "s/m", fixed=TOUCHED, bound="not negative")
     """How mu grows with the slip speed [s/m]."""
-    skin_stiffness: float | None = option(None, "N/m", fixed=TOUCHED, bound="positive", within=(SOFTEST_SKIN, inf))
+    skin_stiffness: float | None = option(
+        None, "N/m", fixed=TOUCHED, bound="positive", within=(_SOFTEST_SKIN, inf)
+    )
     """How stiffly finger and surface hang together along the surface until they slip [N/m]. Left out: 20e3."""
     loads: tuple[float, ...] = option((1.0, 2.0, 4.0), "N", bound="positive")
     """Normal forces to rub with, rising [N]."""
-    speed: float = option(0.01, "m/s", bound="positive", within=(SLOWEST_RUB, inf), remark=CREEP)
+    speed: float = option(0.01, "m/s", bound="positive", within=(_SLOWEST_RUB, inf), remark=_CREEP)
     """Slip speed of strokes at every load; twists come as near to it as the robot can turn [m/s]."""
     speeds: tuple[float, ...] = option(
-        (0.0025, 0.005, 0.02, 0.04), "m/s", bound="positive", within=(SLOWEST_RUB, inf), remark=CREEP
+        (0.0025, 0.005, 0.02, 0.04), "m/s", bound="positive", within=(_SLOWEST_RUB, inf), remark=_CREEP
     )
     """More speeds, at the middle load: for mu over speed, and because creep looks like slip at any single one
     [m/s]. On a sphere only those whose strokes are short enough for it."""
@@ -127,44 +128,34 @@ class FrictionConfig:
     """Least travel of a stroke [m]; one that has not slipped yet goes farther, up to --most-travel."""
     most_travel: float | None = option(None, "m", bound="positive")
     """How far a stroke may go [m]. Left out: 25 mm, less on what is smaller or curved."""
-    repeats: int = option(1, within=(1, MOST_REPEATS))
+    repeats: int = option(1, within=(1, _MOST_REPEATS))
     """How often each stroke and twist is done: twice as often means 0.7 times the noise."""
     quick: bool = False
     """One speed, and only the least and the largest load."""
     fit_exponents: bool = False
     """Slide and turn at once, too, 18 times there and back at the least and the largest load: for p, gamma."""
     stiffness: float = option(STIFFNESS, "N/m", fixed=TOUCHED, bound="positive")
-    """Of the simulated contact along the normal [N/m]."""
+    """Stiffness of the simulated contact along the normal [N/m]."""
     calibration: float | None = option(
         None,
         fixed="a replay computes commands, and no intervals; rub again",
         bound="not negative",
-        within=(-inf, LARGEST_CALIBRATION),
+        within=(-inf, _LARGEST_CALIBRATION),
         remark="; 0.01 stands for 1 %",
     )
-    """What the intervals allow for the sensor's calibration: standard deviation of the ratio of two loads on
+    """Uncertainty of the sensor's calibration in the intervals: standard deviation of the ratio of two loads on
     different axes. 0.003 after a calibration on the spot, 0.01 as sensors are delivered. Left out: 0.003; of a
     simulated sensor 0.001 without cross-talk, 0.01 with it."""
-    drift: float = option(0.0, "N/min", fixed=NOISY, bound="not negative")
-    """Of the sensor's zero along its z [N/min], and a hundredth of that about x [N m/min]. The finger feels the
-    zero in free air before and after. A robot whose sensor is perfect needs --force-noise and --moment-noise."""
-    tip: tuple[float, ...] = option((), "m", check=check_tip)
-    """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
-    the next three: the robot file's."""
-    force_noise: float | None = option(None, "N", fixed=NOISY, check=check_force_noise)
-    """Standard deviation of the sensor's force noise [N], each axis."""
-    moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
-    """Standard deviation of the sensor's moment noise [N m], each axis."""
-    period: float | None = option(None, "s", fixed=PERIODIC, check=check_period)
-    """Control period [s]."""
-    seed: int = 0
-    """Seed of the noise: the same seed gives the same run."""
+    drift: float = with_default(DriftOptions, "drift", 0.0)
+    """Drift of the sensor's zero along its z [N/min], and a hundredth of that about x [N m/min]. The finger feels
+    the zero in free air before and after. A robot whose sensor is perfect needs --force-noise and
+    --moment-noise."""
     library: Path | None = option(None, fixed="a replay recognises nothing; rub again", kept=LIBRARY_TEXT)
     """Library of surfaces (YAML), or `simulated` for the one that comes with palpate, materials/simulated.yaml in
     its package: the surface is recognised among them, or as none of them, and the most informative next
     touch is recommended. The report names the file that was read, and each of its surfaces."""
-    robot: str = "turning-stage"
-    """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file. One
+    robot: str = with_default(SceneOptions, "robot", "turning-stage")
+    """Robot that carries the fingertip: one that comes with palpate (`palpate robot list`), or a robot file. One
     that cannot turn its tip finds mu, but not e."""
     out: Path = Path("runs/friction")
     """Folder for friction.yaml, the report and the log."""
@@ -210,18 +201,18 @@ class FrictionConfig:
 
     @property
     def usual_calibration(self) -> float:
-        """What is allowed for a sensor's calibration, whichever sensor it is."""
-        return CALIBRATED if self.calibration is None else self.calibration
+        """Uncertainty of the calibration, with the default of a real sensor."""
+        return _CALIBRATED if self.calibration is None else self.calibration
 
     @property
     def sizes(self) -> tuple[float, ...]:
-        """Of the object [m]."""
+        """Size of the object [m]."""
         return self.size or SIZES[self.object]
 
     @property
     def on_plant(self) -> bool:
         """Whether the friction plant rubs, not MuJoCo."""
-        return any(getattr(self, name) is not None for name in PLANT)
+        return any(getattr(self, name) is not None for name in _PLANT)
 
     @property
     def rubbed_loads(self) -> tuple[float, ...]:
@@ -229,7 +220,7 @@ class FrictionConfig:
         return tuple(dict.fromkeys((self.loads[0], self.loads[-1]))) if self.quick else self.loads
 
 
-PLANT = (
+_PLANT = (
     "norm_exponent",
     "load_exponent",
     "static_friction",

@@ -17,6 +17,7 @@ from palpate.experiments.kit.one_finger import (
     CLEARANCE,
     MAX_LANDING_SPEED,
     MAX_LIFT_SPEED,
+    SEARCH_DEPTH,
     OneFingerPlan,
     Setup,
     sensor_model,
@@ -41,15 +42,9 @@ from palpate.sim.sensor.presets import NANO17_RATED
 FILE_NAME = "friction.yaml"
 """Name of the file with the result."""
 
-_MILLI = 1e3
-"""mm per m."""
-
 _SIMULATED_RATIO_SD, _DELIVERED_RATIO_SD = 0.001, 0.01
 """Standard deviations of ratios of loads: that of the finger's own motion with an exact sensor, and that of the
 cross-talk that data sheets allow."""
-
-_SEARCH_DEPTH = 0.005
-"""Depth of the search below the expected surface [m]."""
 
 _MAX_TRAVEL = 0.025
 """Largest length of strokes on a large flat object [m]."""
@@ -187,7 +182,7 @@ def plan(config: FrictionConfig, robot: Robot, attachments: Mapping[str, str]) -
         setup.gain,
         setup.lead,
         landing_speed=min(MAX_LANDING_SPEED, landing.speed(loads[0], min(ready.touch_force, 0.5 * loads[0]))),
-        approach_distance=CLEARANCE + _SEARCH_DEPTH,
+        approach_distance=CLEARANCE + SEARCH_DEPTH,
         lift_speed=min(MAX_LIFT_SPEED, setup.limits.commanded_speed),
     )
     around = 2.0 * parameters.tare_time + CLEARANCE / parameters.landing_speed + parameters.settle_time + 0.5
@@ -216,9 +211,9 @@ def _quantities(wanted: SurveyWanted, expected: float) -> tuple[Quantity, ...]:
         Quantity("expected duration", expected, "s"),
         Quantity("loads", len(wanted.loads), "", ", ".join(f"{load:g} N" for load in wanted.loads)),
         Quantity("greatest force asked for", max(wanted.loads), "N"),
-        Quantity("speed", _MILLI * wanted.speed, "mm/s", "of strokes at every load"),
-        Quantity("fastest stroke", _MILLI * max((wanted.speed, *wanted.speeds)), "mm/s"),
-        Quantity("longest stroke", _MILLI * wanted.most_travel, "mm"),
+        Quantity("speed", 1e3 * wanted.speed, "mm/s", "of strokes at every load"),
+        Quantity("fastest stroke", 1e3 * max((wanted.speed, *wanted.speeds)), "mm/s"),
+        Quantity("longest stroke", 1e3 * wanted.most_travel, "mm"),
         Quantity("twist, largest", twist, "rad", "in one direction"),
     )
 
@@ -228,7 +223,7 @@ def _notes(config: FrictionConfig, wanted: SurveyWanted, left_out: tuple[float, 
     notes = () if wanted.most_spin else ("This robot does not turn its tip: it finds mu, but not e.",)
     if not left_out:
         return notes
-    speeds = ", ".join(f"{_MILLI * speed:g}" for speed in left_out)
+    speeds = ", ".join(f"{1e3 * speed:g}" for speed in left_out)
     return (*notes, f"Strokes at {speeds} mm/s are left out: they would go too far on this {config.object}.")
 
 

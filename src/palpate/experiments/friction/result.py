@@ -10,7 +10,7 @@ from palpate.experiments.friction.plan import FrictionPlan
 from palpate.experiments.friction.strokes import FreeAir, RubbedPair, free_air, rubbed_pairs
 from palpate.experiments.friction.summary import friction_file
 from palpate.experiments.kit.recorded_run import Recorded
-from palpate.experiments.kit.shown_result import ShownResult
+from palpate.experiments.kit.registry import ShownResult
 from palpate.friction.friction_file import FrictionFile
 from palpate.friction.rubbing.sliding import SETTLING
 from palpate.friction.rubbing.stroke_plan import MIN_LOAD_SPAN

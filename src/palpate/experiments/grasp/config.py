@@ -7,13 +7,14 @@ from typing import Literal
 
 from palpate.errors import InvalidValueError
 from palpate.experiments.kit.checks import check_friction, check_seed, check_size, check_spin_length
-from palpate.experiments.kit.options import NOISY, check_options, option
+from palpate.experiments.kit.options import NOISY, TOUCHED, check_options, option, own_first, with_default
+from palpate.experiments.kit.scene_options import DriftOptions, LimitSurfaceOptions, ObjectOptions, SceneOptions
 
-HeldName = Literal["box", "cylinder", "sphere"]
-LoadName = Literal["ramp", "step", "shake", "none"]
+_HeldName = Literal["box", "cylinder", "sphere"]
+_LoadName = Literal["ramp", "step", "shake", "none"]
 Knowledge = Literal["touched", "nudged", "untouched", "estimated"]
 
-SIZES: dict[HeldName, tuple[float, ...]] = {
+SIZES: dict[_HeldName, tuple[float, ...]] = {
     "box": (0.06, 0.05, 0.06),
     "cylinder": (0.03, 0.06),
     "sphere": (0.03,),
@@ -21,27 +22,27 @@ SIZES: dict[HeldName, tuple[float, ...]] = {
 """Length, width and height; radius and height; radius by default [m]."""
 
 WIDEST = 0.031
-"""Of half an object, as the fingers see it [m]: open, they are 32 mm from the hand's axis."""
+"""Largest half width of an object between the fingers [m]: open, they are 32 mm from the hand's axis."""
 
-LARGEST_PULL = 8.0
+_LARGEST_PULL = 8.0
 """[N] With offset and little friction it takes more grip than the fingers have."""
 
 HIGHEST_LIFT = 0.3
-"""[m] What a vertical slide that carries a hand of this size travels."""
+"""Travel of a vertical slide that carries a hand of this size [m]."""
 
 FASTEST_LIFT = 0.25
 """[m/s] The supervisor's limit (reduced speed of ISO 10218-1:2011, section 5.6.2)."""
 
-FASTEST_SHAKE = 40.0
-"""[Hz]; the control is ahead of a load that shakes with 5 to 10 Hz, faster ones it can only bear a margin for."""
+_FASTEST_SHAKE = 40.0
+"""Largest frequency of a shake [Hz]. The control leads a load of 5 to 10 Hz; faster ones take a margin."""
 
-LARGEST_MARGIN = 3.0
-"""Of the grip, as its controller has it (`palpate.controllers.grip.parameters`)."""
+_LARGEST_MARGIN = 3.0
+"""Largest margin of the grip, as in `palpate.controllers.grip.parameters`."""
 
-RISES: dict[LoadName, float] = {"ramp": 1.5, "step": 0.05, "shake": 2.0, "none": 1.0}
+_RISES: dict[_LoadName, float] = {"ramp": 1.5, "step": 0.05, "shake": 2.0, "none": 1.0}
 """How long the load grows, shakes, or is waited for, by default [s]."""
 
-PULLS: dict[LoadName, float] = {"ramp": 4.0, "step": 3.0, "shake": 1.0, "none": 0.0}
+_PULLS: dict[_LoadName, float] = {"ramp": 4.0, "step": 3.0, "shake": 1.0, "none": 0.0}
 """Largest force, or amplitude, by default [N]."""
 
 SPREADS: dict[Knowledge, tuple[float, float]] = {
@@ -52,21 +53,21 @@ SPREADS: dict[Knowledge, tuple[float, float]] = {
 }
 """Largest relative errors of the believed mu and e, by touch and by guess; of an estimate, standard deviations."""
 
-MOST_PROBABLE = 0.999
-"""Of holding: with an estimate as wide as that of e nothing more can be promised."""
+_MOST_PROBABLE = 0.999
+"""Largest probability of holding: an estimate as wide as that of e allows no more."""
 
 THREE = 3
 
 KNOWN_TEXT = "friction.yaml"
 """Under this name a log keeps what rubbing had found, if that was planned with."""
 
-FELT = "the samples are as recorded, of the object that was held"
-PULLED = "the samples are as recorded, with what pulled then"
+_PULLED = "the samples are as recorded, with what pulled then"
 """Why a replay cannot change an option."""
 
 
-@dataclass(frozen=True, slots=True)
-class GraspConfig:
+@own_first
+@dataclass(frozen=True)
+class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions):
     """Grip an object, lift it, pull at it, set it down; see whether it slips or spins, and what grip it took.
 
     A simulated hand with a force/torque sensor behind each fingertip closes on an object on a table, lifts it and
@@ -113,35 +114,32 @@ class GraspConfig:
     palpate grasp --robot emulated-hand
     """
 
-    object: HeldName = option("box", fixed=FELT)
-    """What is held: a box, an upright cylinder, or a sphere, standing on a table. Three fingers take no box."""
-    size: tuple[float, ...] = option((), "m", fixed=FELT)
-    """Of the object [m]: three lengths of a box (the first between the fingers), radius and height of a cylinder,
-    the radius of a sphere. Left out: 0.06 0.05 0.06, 0.03 0.06 and 0.03."""
-    mass: float = option(0.1, "kg", fixed=FELT, bound="positive")
-    """Of the object [kg]."""
+    object: _HeldName = with_default(ObjectOptions, "object", "box")
+    """Object to hold: a box, an upright cylinder, or a sphere, standing on a table. Three fingers take no box."""
+    size: tuple[float, ...] = with_default(ObjectOptions, "size", ())
+    """Size of the object [m]: three lengths of a box (the first between the fingers), radius and height of a
+    cylinder, the radius of a sphere. Left out: 0.06 0.05 0.06, 0.03 0.06 and 0.03."""
+    mass: float = option(0.1, "kg", fixed=TOUCHED, bound="positive")
+    """Mass of the object [kg]."""
     fingers: int = option(2, fixed="the samples are as recorded, of the fingers that there were")
-    """How many the hand has: 2 (a parallel gripper) or 3."""
-    friction: float | None = option(None, fixed=FELT, symbol="mu", check=check_friction)
-    """True friction coefficient mu between fingertips and object. Left out, as the next three: that of
-    --friction-file, else 0.5."""
-    spin_length: float | None = option(None, "m", fixed=FELT, symbol="e", check=check_spin_length)
+    """Number of fingers: 2 (a parallel gripper) or 3."""
+    friction: float | None = with_default(SceneOptions, "friction", None)
+    """True friction coefficient mu between fingertips and object. Left out, as spin_length, norm_exponent and
+    load_exponent: that of --friction-file, else 0.5."""
+    spin_length: float | None = with_default(SceneOptions, "spin_length", None)
     """True e at 1 N: largest spin torque per largest friction force [m]. Left out, and nothing found: 0.004."""
-    norm_exponent: float | None = option(None, fixed=FELT, bound="positive", symbol="p")
-    """True p: how force and torque share, 2 (ellipse) to 1 (diamond). Left out, and nothing found: 2. What is not
-    an ellipse of constant size is rubbed by the friction plant."""
-    load_exponent: float | None = option(None, fixed=FELT, bound="not negative", symbol="gamma")
-    """True gamma: e grows as load^gamma, 0 to 1/3. Left out, and nothing found: 0."""
-    plant: bool = option(False, fixed=FELT)
-    """Rub by the friction plant, whose contacts stick on bristles and report slip, not by MuJoCo."""
+    plant: bool = option(False, fixed=TOUCHED)
+    """Rub by the friction plant, whose contacts stick on bristles and report slip, not by MuJoCo. Friction that is
+    no ellipse of constant size (--norm-exponent, --load-exponent) needs the plant in any case."""
     known: Knowledge = "touched"
     """How friction is known: touched before (mu within 3 %, e within 5 %), nudged before the lift (30 % and 50 %
     until the fingers have slid a little down its sides), untouched (the same, and no nudge: planned for the worst
     that is likely, while a ripple on the grip detects slip, and slip corrects the belief), or estimated
     (standard deviations of 15 % and 25 %: planned so that it holds with --probability)."""
-    probability: float = option(0.99, within=(0.5, MOST_PROBABLE), remark="; 0.99 stands for 99 %")
-    """Of holding, where friction is estimated: 0.5 to 0.999. To hold is that, pressed as planned, some friction
-    within the true limits balances the true load: a finger that comes to its limit creeps, others take over."""
+    probability: float = option(0.99, within=(0.5, _MOST_PROBABLE), remark="; 0.99 stands for 99 %")
+    """Probability of holding, if friction is estimated: 0.5 to 0.999. To hold is that, pressed as planned, some
+    friction within the true limits balances the true load: a finger that comes to its limit creeps, others take
+    over."""
     believed_friction: float | None = option(None, check=check_friction)
     """mu that is believed at first. Left out, as the next: the seed draws it, within the range of --known."""
     believed_spin_length: float | None = option(None, "m", check=check_spin_length)
@@ -149,18 +147,18 @@ class GraspConfig:
     friction_file: Path | None = option(None, kept=KNOWN_TEXT)
     """A friction.yaml of `palpate friction`: what is believed comes from there, and what is true of the simulated
     object, as far as that is not typed."""
-    load: LoadName = option("ramp", fixed=PULLED)
-    """What pulls at the object once it is lifted: a force that grows, that jumps, one that shakes up and down and
+    load: _LoadName = option("ramp", fixed=_PULLED)
+    """Load on the lifted object: a force that grows, that jumps, one that shakes up and down and
     sideways, or nothing."""
-    pull: float | None = option(None, "N", fixed=PULLED, bound="positive")
+    pull: float | None = option(None, "N", fixed=_PULLED, bound="positive")
     """Largest force [N]; of a shake, its amplitude. Left out: 4 for a ramp, 3 for a step, 1 for a shake."""
-    pull_before: float = option(0.5, "N", fixed=PULLED, bound="not negative")
+    pull_before: float = option(0.5, "N", fixed=_PULLED, bound="not negative")
     """Force before it grows [N]."""
-    rise: float | None = option(None, "s", fixed=PULLED, bound="positive")
+    rise: float | None = option(None, "s", fixed=_PULLED, bound="positive")
     """How long it grows or shakes [s]. Left out: 1.5 for a ramp, 0.05 for a step, 2 for a shake."""
-    shake_frequency: float = option(5.0, "Hz", fixed=PULLED, bound="positive", within=(-inf, FASTEST_SHAKE))
-    """Of a shake [Hz]."""
-    offset: float = option(0.006, "m", fixed=PULLED, bound="not negative")
+    shake_frequency: float = option(5.0, "Hz", fixed=_PULLED, bound="positive", within=(-inf, _FASTEST_SHAKE))
+    """Frequency of a shake [Hz]."""
+    offset: float = option(0.006, "m", fixed=_PULLED, bound="not negative")
     """How far beside the line of the contacts it pulls [m]."""
     lift_height: float = option(
         0.04, "m", bound="positive", within=(-inf, HIGHEST_LIFT), remark=", what the lift travels"
@@ -171,10 +169,10 @@ class GraspConfig:
     )
     """With which speed [m/s]."""
     margin: float = option(
-        0.12, bound="not negative", within=(-inf, LARGEST_MARGIN), remark="; 0.12 stands for 12 %"
+        0.12, bound="not negative", within=(-inf, _LARGEST_MARGIN), remark="; 0.12 stands for 12 %"
     )
-    """Share of grip beyond what the limit surface needs."""
-    preload: float = option(0.0, "N", bound="not negative", within=(-inf, LARGEST_PULL))
+    """Share of grip beyond the need of the limit surface."""
+    preload: float = option(0.0, "N", bound="not negative", within=(-inf, _LARGEST_PULL))
     """Steps of the load that nobody announces, up to so much [N] within 5 ms and --offset aside, are borne without
     slip, too: with a grip kept for them from the first touch on. What that costs is told before the run."""
     announced: float | None = option(None, "s", bound="positive")
@@ -188,17 +186,17 @@ class GraspConfig:
     )
     """Do it again with a control that ignores spin, and show both."""
     force_noise: float = option(0.01, "N", fixed=NOISY, bound="positive")
-    """Standard deviation of the sensors' force noise [N], each axis, as a Nano17 has it; the next two likewise."""
+    """Standard deviation of the sensors' force noise [N], each axis, as of a Nano17; the next two also."""
     moment_noise: float = option(1e-4, "N m", fixed=NOISY, bound="positive")
     """Standard deviation of their moment noise [N m]."""
-    drift: float = option(1e-3, "N/s", fixed=NOISY, bound="not negative")
-    """How fast their zeros drift [N/s], each axis up or down, and a hundredth of that for moments [N m/s]."""
+    drift: float = with_default(DriftOptions, "drift", 0.06)
+    """Drift of the sensors' zeros [N/min], each axis up or down, and a hundredth of that for moments [N m/min]."""
     seed: int = option(
         0,
         fixed="the samples are as recorded, with its noise and what it drew to be believed; set believed_friction",
         check=check_seed,
     )
-    """Of noise, drift, and what is believed: the same seed gives the same run."""
+    """Seed of noise, drift and the assumed friction: the same seed gives the same run."""
     robot: str | None = option(None, fixed="the samples are as recorded, of the hand that there was")
     """A robot that comes with palpate and has a hand (emulated-hand, panda-hand, ur5e-hand), or a robot file. Left
     out: the simulated hand. The truth of a real one is unknown: the belief is typed or comes from --friction-file.
@@ -244,10 +242,10 @@ class GraspConfig:
             )
 
     def _check_load(self) -> None:
-        if max(self.largest_pull, self.pull_before) > LARGEST_PULL:
+        if max(self.largest_pull, self.pull_before) > _LARGEST_PULL:
             raise InvalidValueError(
                 f"pull = {self.largest_pull:g} N, pull_before = {self.pull_before:g} N: must be at most "
-                f"{LARGEST_PULL:g} N"
+                f"{_LARGEST_PULL:g} N"
             )
         if self.announced is not None and self.load == "none":
             raise InvalidValueError("announced with load = none: nothing pulls; leave one out")
@@ -257,31 +255,36 @@ class GraspConfig:
             )
 
     @property
+    def drift_rate(self) -> float:
+        """Drift of the zeros of the forces [N/s]."""
+        return self.drift / 60.0
+
+    @property
     def ignores_spin(self) -> bool:
         """Whether the grip is planned as if there were no torque."""
         return self.controller == "coulomb"
 
     @property
     def sizes(self) -> tuple[float, ...]:
-        """Of the object [m]."""
+        """Size of the object [m]."""
         return self.size or SIZES[self.object]
 
     @property
     def half_width(self) -> float:
-        """Of the object between the fingers [m]."""
+        """Half width of the object between the fingers [m]."""
         return 0.5 * self.sizes[0] if self.object == "box" else self.sizes[0]
 
     @property
     def half_height(self) -> float:
-        """Of the object [m]."""
+        """Half height of the object [m]."""
         return self.sizes[0] if self.object == "sphere" else 0.5 * self.sizes[-1]
 
     @property
     def largest_pull(self) -> float:
         """Largest force that pulls, or amplitude of a shake [N]."""
-        return PULLS[self.load] if self.pull is None else self.pull
+        return _PULLS[self.load] if self.pull is None else self.pull
 
     @property
     def rising(self) -> float:
         """How long the load grows or shakes [s]."""
-        return RISES[self.load] if self.rise is None else self.rise
+        return _RISES[self.load] if self.rise is None else self.rise

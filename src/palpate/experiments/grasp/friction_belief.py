@@ -244,7 +244,7 @@ def load_watch(
     """
     if config.ignores_spin or (config.fingers == THREE and config.known == "untouched"):
         return None
-    errors = ForceErrors(config.force_noise, config.drift)
+    errors = ForceErrors(config.force_noise, config.drift_rate)
     load: HangingLoad
     if config.fingers == THREE:
         load = NetWrench(hand, errors, config.fingers, period)

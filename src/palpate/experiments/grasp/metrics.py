@@ -37,10 +37,6 @@ _NUDGE_FRICTION_ERROR, _NUDGE_SPIN_LENGTH_ERROR = 0.02, 2.5e-4
 half the friction plant (mu 0.35 to 0.65, e 2 to 6 mm, p = 2)."""
 
 
-def _simulated(grasp: "GraspResult") -> bool:
-    return grasp.truth_known
-
-
 def _pulled(grasp: "GraspResult") -> bool:
     return grasp.truth_known and bool(grasp.counted.any())
 
@@ -55,10 +51,6 @@ def _grip_note(grasp: "GraspResult") -> str:
         f"{kind}, mean of the fingers, while pulled; at most {MAX_GRIP:g} N is commanded, and servos overshoot a "
         f"jump by up to {100.0 * _MAX_OVERSHOOT:.3g} %"
     )
-
-
-def _growth_note(grasp: "GraspResult") -> str:
-    return f"last half second over the first; drift of the zeros explains up to {grasp.planned.hold_growth:.3g}"
 
 
 def _alarm_note(grasp: "GraspResult") -> str:
@@ -162,7 +154,7 @@ METRICS = (
         "",
         lambda grasp: bool(grasp.gave_way),
         note=lambda grasp: " and ".join(grasp.gave_way),
-        applies=_simulated,
+        applies=lambda grasp: grasp.truth_known,
         needs_truth=True,
     ),
     Metric(
@@ -237,7 +229,9 @@ METRICS = (
         "",
         lambda grasp: grasp.growth,
         digits=3,
-        note=_growth_note,
+        note=lambda grasp: (
+            f"last half second over the first; drift of the zeros explains up to {grasp.planned.hold_growth:.3g}"
+        ),
         applies=lambda grasp: grasp.planned.config.load == "none",
     ),
     Metric("alarms_pulled", "alarms while pulled", "", lambda grasp: len(grasp.pulled_alarms), note=_alarm_note),

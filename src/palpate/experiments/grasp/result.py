@@ -22,7 +22,7 @@ from palpate.experiments.grasp.metrics import (
 from palpate.experiments.grasp.minimum_grip import least_grip
 from palpate.experiments.grasp.truth import STAGES, GraspTruth
 from palpate.experiments.kit.recorded_run import Recorded
-from palpate.experiments.kit.shown_result import ShownResult
+from palpate.experiments.kit.registry import ShownResult
 from palpate.runtime import RunResult
 from palpate.sim.fidelity import GRAVITY
 

@@ -146,7 +146,7 @@ def task_of(config: GraspConfig, hand: HandDescription, times: PullTimes) -> Han
 def sensor_of(config: GraspConfig) -> SeededSensor:
     """Return the simulated sensor behind each fingertip: of the Nano17's class, with noise and drift."""
     signs = np.random.default_rng((config.seed, 7)).choice([-1.0, 1.0], 6)
-    rates = np.array(alike(config.drift, _MOMENT_DRIFT * config.drift))
+    rates = np.array(alike(config.drift_rate, _MOMENT_DRIFT * config.drift_rate))
     a, b, c, d, e, f = (signs * rates * _SLOW_WARM_UP.time_constant / _SLOW_WARM_UP.rise).tolist()
     model = SensorModel(
         name="Nano17 SI-25-0.25, calibrated",
@@ -232,7 +232,7 @@ def config_on(config: GraspConfig, hand: HandDescription) -> GraspConfig:
 def wander_of(config: GraspConfig, hand: HandDescription) -> ZeroWander:
     """Return how fast a sensor's zero may wander: as simulated, or by the robot file of the worst finger."""
     if hand.robot is None or not hand.real:
-        return ZeroWander(config.drift, _MOMENT_DRIFT * config.drift)
+        return ZeroWander(config.drift_rate, _MOMENT_DRIFT * config.drift_rate)
     rates = [wander_of_finger(hand.robot, i) for i in range(config.fingers)]
     return ZeroWander(max(force for force, _ in rates), max(moment for _, moment in rates))
 

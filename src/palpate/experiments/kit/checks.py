@@ -266,7 +266,7 @@ def check_acceleration(name: str, acceleration: float, limits: "Limits", remedy:
     Raises:
         InvalidValueError: If the acceleration exceeds the robot's limit; the message ends with `remedy`.
     """
-    if acceleration > limits.acceleration:
+    if acceleration > limits.acceleration * (1.0 + _ROUNDING):
         raise InvalidValueError(
             f"{name} = {acceleration:.4g} m/s^2: must be at most the robot's limit, {limits.acceleration:g} m/s^2 "
             f"(limits.acceleration_m_per_s2 in the robot file); {remedy}"

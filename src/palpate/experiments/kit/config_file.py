@@ -22,7 +22,7 @@ EXPERIMENT_TEXT = "experiment.yaml"
 NAME_KEY = "experiment"
 """Key of the experiment's name or `module:Class`."""
 
-OTHER_FILES = {
+_OTHER_FILES = {
     "palpate_robot": "this is a robot file: give it with --robot, or as `robot: FILE` in an experiment file",
     "palpate_sensor": "this is a sensor file: a robot file names it, as `sensor: FILE`",
 }
@@ -98,7 +98,7 @@ def plain_values(config: "DataclassInstance") -> dict[str, object]:
 
 def _overlay(text: str, experiment: str, kind: type[Any]) -> dict[str, object]:
     found = read_mapping(text, "an experiment file")
-    for other, advice in OTHER_FILES.items():
+    for other, advice in _OTHER_FILES.items():
         if other in found:
             raise InvalidValueError(f"{other}: {advice}")
     if found.get(NAME_KEY, experiment) != experiment:
@@ -111,16 +111,16 @@ def _without_name(found: Mapping[str, object]) -> dict[str, object]:
 
 
 VERSIONS_TEXT = "versions.yaml"
-"""Attachment of a log with the versions of Python and `PACKAGES`: with these a replay is bit for bit the same."""
+"""Attachment of a log with the versions of Python and `_PACKAGES`: with these a replay is bit for bit the same."""
 
-PACKAGES = ("palpate", "numpy", "scipy", "numba", "llvmlite", "mujoco", "casadi")
+_PACKAGES = ("palpate", "numpy", "scipy", "numba", "llvmlite", "mujoco", "casadi")
 """Packages whose arithmetic the numbers of a run depend on."""
 
 
 @cache
 def versions() -> dict[str, str]:
     """Return Python's and the packages' versions."""
-    return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
+    return {"python": platform.python_version(), **{name: _version(name) for name in _PACKAGES}}
 
 
 def versions_text() -> str:

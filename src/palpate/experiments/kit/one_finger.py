@@ -42,12 +42,16 @@ from palpate.sim.presets import EXPLORE
 from palpate.sim.scene import OBJECT_GEOM
 from palpate.sim.sensor.model import SensorModel
 from palpate.sim.sensor.temperature import ThermalDrift, WarmUp
+from palpate.spatial import Vector
 from palpate.strict_decode import decode, read_mapping
 from palpate.viewing import ViewScene
 from palpate.yaml_text import yaml_text
 
 CLEARANCE = 0.003
 """Height of the tip above the object's top at the start [m]."""
+
+SEARCH_DEPTH = 0.005
+"""Depth of the search below the lowest expected place of the surface [m]."""
 
 MAX_LANDING_SPEED = 0.005
 """Largest landing speed, however soft a contact is [m/s]."""
@@ -189,6 +193,49 @@ def sensor_model(
     rate = drift / 60.0
     warm_up = WarmUp(_STEADY_DRIFT_TIME, _STEADY_DRIFT_TIME)
     return replace(model, thermal_drift=ThermalDrift((0.0, 0.0, rate, lever * rate, 0.0, 0.0), warm_up))
+
+
+def check_workspace(
+    robot: Limits, low: Vector, high: Vector, remedy: str, *, down_to_object: bool = False
+) -> None:
+    """Refuse a path that leaves the workspace of a robot.
+
+    Args:
+        robot: Limits of the robot.
+        low: Smallest position of the tip frame, base frame [m].
+        high: Largest position of the tip frame [m].
+        remedy: End of the message.
+        down_to_object: Whether the object ends the descent, so that `low` is no bound along z.
+
+    Raises:
+        InvalidValueError: If the path leaves the workspace.
+    """
+    for axis, start, end, least, most in zip(
+        "xyz", low, high, robot.workspace_lower, robot.workspace_upper, strict=True
+    ):
+        if end > most or (start < least and not (down_to_object and axis == "z")):
+            raise InvalidValueError(
+                f"the path reaches from {start:.4g} to {end:.4g} m along {axis}: it leaves the robot's workspace, "
+                f"{least:g} to {most:g} m (limits.workspace_lower_m, workspace_upper_m in the robot file); "
+                f"{remedy}"
+            )
+
+
+def workspace_around(
+    robot: Limits, low: Vector, high: Vector, room: float, inset: float = 0.0
+) -> tuple[Vector, Vector]:
+    """Return the bounds of a workspace around a path.
+
+    Args:
+        robot: Limits of the robot.
+        low: Smallest position of the tip frame, base frame [m].
+        high: Largest position of the tip frame [m].
+        room: Distance of the bounds from the path [m].
+        inset: Smallest distance of the bounds from those of the robot's workspace [m].
+    """
+    lower = (max(a - room, least + inset) for a, least in zip(low, robot.workspace_lower, strict=True))
+    upper = (min(a + room, most - inset) for a, most in zip(high, robot.workspace_upper, strict=True))
+    return (next(lower), next(lower), next(lower)), (next(upper), next(upper), next(upper))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

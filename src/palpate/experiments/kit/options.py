@@ -4,11 +4,11 @@ Imports nothing heavy. Checks, replays, reports, sweeps and comparisons all read
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from palpate.errors import InvalidValueError, not_negative, positive, shown
 from palpate.experiments.kit.checks import check_seed, check_within
@@ -17,8 +17,10 @@ from palpate.unit_ranges import check_unit_range
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
+_Kind = TypeVar("_Kind")
+
 KEY = "palpate"
-"""Of an `OptionSpec` in the metadata of a field."""
+"""Key of the `OptionSpec` in the metadata of a field."""
 
 TOUCHED = "the samples are as recorded, on what was touched then"
 NOISY = "the samples are as recorded, with the noise that they have"
@@ -33,22 +35,22 @@ _NUMBERS, _PATHS = (float, float | None), (Path, Path | None)
 
 @dataclass(frozen=True, slots=True)
 class OptionSpec:
-    """What is known of an option besides its type, default and docstring.
+    """Metadata of an option besides its type, default and docstring.
 
     Attributes:
         unit: SI unit; empty for a ratio, a count, a text.
         fixed: Why a replay cannot change it; empty if it can.
         choice: The option that decides whether this one counts, as "strategy" for a radius; empty: it always does.
         choices: For which values of that one it does.
-        hint: What else may have been meant by whoever gave it with another choice; follows the refusal.
-        above: It must be larger than 0.
-        least: It must not be below 0.
+        hint: End of the error for an option of another choice, with what else may have been meant.
+        above: Whether the value must be larger than 0.
+        least: Whether the value must not be below 0.
         kept: Name of the text by which a log keeps the content of this option's file; empty if it keeps none.
         once: Whether it is of the run that was recorded alone: a replay sets it back to its default.
-        symbol: What the literature calls it, as mu; --set and --vary take it, too.
+        symbol: Symbol in the literature, as mu; --set and --vary take it, too.
         infinite: Whether it may be infinity.
         within: Smallest and largest number that it may be.
-        remark: What follows the refusal of a number outside `within`.
+        remark: End of the error for a number outside `within`.
         check: Function of the option's name and value that raises InvalidValueError for an invalid value; it is
             not called for None.
     """
@@ -69,9 +71,9 @@ class OptionSpec:
     check: Callable[[str, Any], object] | None = None
 
 
-UNSPECIFIED = OptionSpec()
-STANDARD = {"seed": OptionSpec(fixed=NOISY, check=check_seed), "out": OptionSpec(fixed=WRITTEN)}
-"""Of options that every experiment has, unless their fields specify otherwise."""
+_UNSPECIFIED = OptionSpec()
+_STANDARD = {"seed": OptionSpec(fixed=NOISY, check=check_seed), "out": OptionSpec(fixed=WRITTEN)}
+"""Metadata of the options that every experiment has, unless their fields specify otherwise."""
 
 
 def option(
@@ -96,18 +98,18 @@ def option(
     `radius: float | None = option(None, "m", of=("strategy", ("spiral",)))`.
 
     Args:
-        default: Its value if nobody gives one.
+        default: Default value.
         unit: SI unit.
         fixed: Why a replay cannot change it.
         of: The option that decides whether this one counts, and for which of its values.
-        hint: What else may have been meant.
-        bound: What numbers must be, if given at all.
+        hint: End of the error for an option of another choice.
+        bound: Bound on numbers.
         kept: Name of the text by which a log keeps its file.
         once: Whether a replay sets it back to its default.
-        symbol: What the literature calls it.
+        symbol: Symbol in the literature.
         infinite: Whether it may be infinity; other numbers keep to the range of their unit (`unit_ranges`).
         within: Smallest and largest number that it may be.
-        remark: What follows the refusal of a number outside `within`.
+        remark: End of the error for a number outside `within`.
         check: Function of the option's name and value that raises InvalidValueError for an invalid value.
     """
     if bound not in ("", "positive", "not negative"):
@@ -119,9 +121,35 @@ def option(
     return field(default=default, metadata={KEY: spec})
 
 
+def with_default(kind: type, name: str, default: Any) -> Any:
+    """Return the field of an inherited option with another default.
+
+    Args:
+        kind: Class that defines the option.
+        name: Name of the option.
+        default: Default in the `Config` that inherits it.
+    """
+    (inherited,) = (each for each in fields(kind) if each.name == name)
+    return field(default=default, metadata=inherited.metadata)
+
+
+def own_first(config: type[_Kind]) -> type[_Kind]:
+    """Put the options that a `Config` declares itself before those that it inherits, for help and files."""
+    put_first(config, config.__annotations__)
+    return config
+
+
+def put_first(config: type, names: Iterable[str]) -> None:
+    """Put some options of a `Config` before the others; arguments by position keep their order."""
+    known: dict[str, Any] = getattr(config, "__dataclass_fields__")  # noqa: B009
+    ordered = {name: known[name] for name in (*names, *known)}
+    known.clear()
+    known.update(ordered)
+
+
 def spec_of(option: "Field[Any]") -> OptionSpec:
     """Return the metadata of a field."""
-    spec = option.metadata.get(KEY) or STANDARD.get(option.name, UNSPECIFIED)
+    spec = option.metadata.get(KEY) or _STANDARD.get(option.name, _UNSPECIFIED)
     assert isinstance(spec, OptionSpec)
     return spec
 
@@ -137,12 +165,12 @@ def option_of_symbol(kind: type, symbol: str) -> str | None:
 
 
 def lasting(config: Any) -> Any:
-    """Return a configuration without what is of a single run: live changes, a companion."""
+    """Return a configuration without the options of a single run: live changes, a companion run."""
     return replace(config, **{each.name: each.default for each in fields(config) if spec_of(each).once})
 
 
 def check_options(config: "DataclassInstance") -> None:
-    """Make paths of strings; refuse what is no number or out of its bounds or unit, and options of other choices.
+    """Convert strings to paths; refuse wrong types, numbers out of bounds, and options of other choices.
 
     Meant for the beginning of a `Config`'s `__post_init__`; it may be frozen.
 
@@ -162,7 +190,7 @@ def check_options(config: "DataclassInstance") -> None:
                 not_negative(each.name, number, spec.unit)
             if each.type is not int and not (spec.infinite and number == math.inf):
                 check_unit_range(each.name, number, spec.unit)
-    for choice in choices_of(type(config)):
+    for choice in _choices_of(type(config)):
         _check_choice(config, choice)
     for name, spec in specs_of(type(config)).items():
         value = getattr(config, name)
@@ -181,7 +209,7 @@ def _numbers_in(value: object) -> Iterator[Any]:
         yield value
 
 
-def choices_of(kind: type) -> dict[str, tuple[str, ...]]:
+def _choices_of(kind: type) -> dict[str, tuple[str, ...]]:
     """Return the options that decide which others count, with the values that each can have."""
     names = dict.fromkeys(spec.choice for spec in specs_of(kind).values() if spec.choice)
     hints = get_type_hints(kind)
@@ -193,7 +221,7 @@ def foreign_options(kind: type, values: Mapping[str, object]) -> frozenset[str]:
 
     Args:
         kind: The `Config`.
-        values: Of its options, by name.
+        values: Values of the options, by name.
     """
     return frozenset(
         name
@@ -203,7 +231,7 @@ def foreign_options(kind: type, values: Mapping[str, object]) -> frozenset[str]:
 
 
 def _check_choice(config: "DataclassInstance", choice: str) -> None:
-    chosen, known = getattr(config, choice), choices_of(type(config))[choice]
+    chosen, known = getattr(config, choice), _choices_of(type(config))[choice]
     if chosen not in known:
         raise InvalidValueError(f"{choice} = {chosen!r}: must be one of {', '.join(known)}")
     own = {each.name: (each, spec_of(each)) for each in fields(config) if spec_of(each).choice == choice}

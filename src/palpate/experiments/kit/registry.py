@@ -8,7 +8,7 @@ import sys
 from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from palpate.errors import InvalidValueError, shown
 from palpate.experiments.kit.experiment import Experiment
@@ -16,6 +16,9 @@ from palpate.experiments.kit.metric import Metric
 from palpate.named_object import named_object
 from palpate.nearest_name import nearest
 from palpate.open_kinds import declared_in
+
+if TYPE_CHECKING:
+    from palpate.reporting.report import Report
 
 TEXTS, METHODS = ("name", "summary"), ("plan", "evaluate", "report", "files", "cloud")
 """Attributes and methods of an experiment besides `Config` and `metrics`; see `Experiment`."""
@@ -132,3 +135,36 @@ def reference_to(experiment: Experiment) -> str:
         return experiment.name
     file = getattr(sys.modules[kind.__module__], "__file__", None)
     return f"{kind.__module__ if file is None else Path(file).resolve()}:{kind.__qualname__}"
+
+
+class ShownResult:
+    """A result that is shown by title, outcome and main metrics, in a notebook also by the first figure.
+
+    Attributes:
+        experiment: Name of the experiment, or `module:Class`; unused where `_report` is overridden.
+    """
+
+    __slots__ = ()
+
+    experiment: ClassVar[str]
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        if "__repr__" not in vars(cls):
+            setattr(cls, "__repr__", ShownResult.__repr__)  # noqa: B010 - or a dataclass would print every array
+
+    def _report(self) -> "Report":
+        return experiment_named(self.experiment).report(self)
+
+    def __repr__(self) -> str:
+        from palpate.reporting.report import report_summary
+
+        try:
+            return report_summary(self._report())
+        except Exception:  # debuggers and tests print results that are not whole
+            return f"<{type(self).__name__}>"
+
+    def _repr_html_(self) -> str:
+        from palpate.reporting.report import report_fragment
+
+        return report_fragment(self._report())

@@ -10,20 +10,16 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.checks import (
     MAX_FORCE,
     check_change_names,
-    check_force_noise,
-    check_friction,
     check_length,
-    check_period,
-    check_spin_length,
-    check_tip,
     speed_hint,
 )
-from palpate.experiments.kit.options import CHANGED, NOISY, PERIODIC, TOUCHED, check_options, option
+from palpate.experiments.kit.options import TOUCHED, check_options, option, own_first, with_default
+from palpate.experiments.kit.scene_options import DriftOptions, PressingOptions, SceneOptions
 
-PressedName = Literal["plate", "sphere", "scene"]
-SurfaceName = Literal["still", "sine", "soft", "yielding", "leaving", "missing"]
-ProfileName = Literal["constant", "step", "ramp", "sine"]
-MotionName = Literal["still", "sine", "circle", "path", "table"]
+_PressedName = Literal["plate", "sphere", "scene"]
+_SurfaceName = Literal["still", "sine", "soft", "yielding", "leaving", "missing"]
+_ProfileName = Literal["constant", "step", "ramp", "sine"]
+_MotionName = Literal["still", "sine", "circle", "path", "table"]
 
 FROM_FILES = ("path", "table")
 """Motions that are read from a file."""
@@ -36,23 +32,27 @@ _SCENE = ("object", ("scene",))
 _MOVING, _MOVED = ("surface", ("sine", "leaving")), ("motion", ("sine", "circle"))
 
 LIVE = ("force", "force_gain")
-"""What may be changed while it runs; the controller knows within which bounds."""
+"""Live parameters; the controller bounds them."""
 
-STIFFNESS, SOFT_STIFFNESS = 20e3, 1e3
-"""Of the simulated contact, hard and soft, by default [N/m]."""
+STIFFNESS, _SOFT_STIFFNESS = 20e3, 1e3
+"""Stiffness of the simulated contact, hard and soft, by default [N/m]."""
+
+MOUNT_DAMPING_RATIO = 0.7
+"""Damping ratio of the mount of a yielding surface by itself: 1 is critical."""
 
 LARGEST_MOTION = 0.05
 """Bounds the amplitude of a motion along the plate [m]: the plate is 0.2 m wide."""
 
-LARGEST_AMPLITUDE = 0.1
+_LARGEST_AMPLITUDE = 0.1
 """Bounds the amplitude of a sine surface [m]: an axis of a usual linear stage follows over 0.2 m at most."""
 
-FASTEST_LEAVING = 1.0
+_FASTEST_LEAVING = 1.0
 """Bounds the speed of a surface that leaves [m/s]: what falls is as fast after 5 cm."""
 
 
-@dataclass(frozen=True, slots=True)
-class RegulateConfig:
+@own_first
+@dataclass(frozen=True)
+class RegulateConfig(PressingOptions, DriftOptions):
     """Hold a force on a simulated surface, still, moving or yielding, while the arm follows another motion.
 
     A fingertip on a six-axis force/torque sensor lands on the surface, settles, holds the force profile and lifts
@@ -76,35 +76,30 @@ class RegulateConfig:
     Afterwards `palpate replay runs/regulate` computes every command again, from the log.
     """
 
-    object: PressedName = option("plate", fixed=TOUCHED)
-    """What is pressed on: a plate of 0.2 x 0.2 m, a sphere of 40 mm radius, or a part of a scene from a file."""
+    object: _PressedName = option("plate", fixed=TOUCHED)
+    """Object to press on: a plate of 0.2 x 0.2 m, a sphere of 40 mm radius, or a part of a scene from a file."""
     file: Path | None = option(None, fixed=TOUCHED, of=_SCENE)
-    """The scene: MJCF, with the meshes that it names beside it. It is moved, not turned, so that what is touched
+    """The scene: MJCF, with the meshes that it names beside it. It is moved, not turned, so that the touched part
     stands on z = 0 with its middle over the origin, where it is pressed; its joints and springs let it move."""
-    touch: str = option("", fixed=TOUCHED, of=_SCENE)
-    """The geom to press on, or a body with one geom that collides. Left out: the only such geom there is."""
-    surface: SurfaceName = option("still", fixed=TOUCHED)
-    """What it does: stand still; move up and down in a sine; stand still and be soft; yield, on a mount with
-    spring and damper; leave during the run; or not be there at all."""
+    surface: _SurfaceName = option("still", fixed=TOUCHED)
+    """Behaviour of the object: stand still; move up and down in a sine; stand still and be soft; yield, on a mount
+    with spring and damper; leave during the run; or not be there at all."""
     surface_amplitude: float = option(
-        0.01, "m", fixed=TOUCHED, of=_SINE, check=partial(check_length, largest=LARGEST_AMPLITUDE)
+        0.01, "m", fixed=TOUCHED, of=_SINE, check=partial(check_length, largest=_LARGEST_AMPLITUDE)
     )
     """Amplitude of a sine surface [m]."""
     surface_speed: float = option(0.02, "m/s", fixed=TOUCHED, of=_MOVING, bound="positive")
-    """Its largest speed; and the speed of one that leaves [m/s]."""
+    """Largest speed of a sine surface, and the speed of one that leaves [m/s]."""
     leave_time: float = option(5.0, "s", fixed=TOUCHED, of=("surface", ("leaving",)), bound="not negative")
-    """When one that leaves does so [s]."""
+    """Time at which a leaving surface leaves [s]."""
     mount_stiffness: float = option(2e3, "N/m", fixed=TOUCHED, of=_MOUNT, bound="positive")
     """Stiffness of the spring that a yielding surface is mounted on [N/m]."""
-    mount_damping_ratio: float = option(0.7, fixed=TOUCHED, of=_MOUNT, bound="positive")
-    """Damping ratio of that mount by itself: 1 is critical."""
     mount_mass: float = option(1.0, "kg", fixed=TOUCHED, of=_MOUNT, bound="positive")
     """Mass that moves on it [kg]."""
-    profile: ProfileName = option("constant")
+    profile: _ProfileName = option("constant")
     """Profile of the force: constant; steps up and down by the swing; one ramp up by the swing; or sines about the
     force with the swing as amplitude."""
     force: float = option(2.0, "N", bound="positive")
-    """Normal force to hold [N]."""
     swing: float | None = option(None, "N", of=("profile", ("step", "ramp", "sine")), bound="positive")
     """See --profile [N]. Left out: half of the force."""
     rate: float = option(1.0, "N/s", of=("profile", ("ramp",)), bound="positive")
@@ -117,7 +112,7 @@ class RegulateConfig:
     """Frequencies of the sines, one after the other [Hz]."""
     duration: float = option(8.0, "s", of=("profile", ("constant", "step", "ramp")), bound="positive")
     """How long the profile is held [s]; sines take what they need."""
-    motion: MotionName = option("still")
+    motion: _MotionName = option("still")
     """How something else moves the tip along the surface meanwhile: not at all; to and fro along x; on a circle;
     on a recorded path, positions over time; or by a table of velocities. Its part along the
     normal is left out: that is force control's."""
@@ -135,12 +130,10 @@ class RegulateConfig:
     motion_file: Path | None = option(
         None, fixed="the log keeps it; another one needs another run", of=("motion", FROM_FILES), kept=MOTION_TEXT
     )
-    """Of a path: CSV with time [s] and position x, y and z [m], one line each, wherever they begin; of a table:
-    with time [s] and velocity along x, y and z [m/s]."""
+    """File of the motion. path: CSV with time [s] and position x, y and z [m], one line each, from any beginning.
+    table: CSV with time [s] and velocity along x, y and z [m/s]."""
     axis: tuple[float, ...] = option(())
     """Direction in which force is regulated: three numbers, into the object. Left out: the contact's normal."""
-    identify: bool = option(False, fixed="the log keeps what pressing has found")
-    """Press first, to find stiffness and delay, and set the gain by that; what moves stands still meanwhile."""
     stiffness: float | None = option(
         None, "N/m", fixed=f"{TOUCHED}; assumed_stiffness is what the gain is made for", bound="positive"
     )
@@ -149,38 +142,13 @@ class RegulateConfig:
     """Stiffness that the gain is made for [N/m]: of contact and mount together. Left out: the true one. It may be
     off by a factor of 3: beyond half or twice the true one force control may swing, which it notices, and goes on
     with half of its gain; the report's margins have the numbers."""
-    assumed_damping_time: float | None = option(None, "s", bound="not negative")
-    """Likewise damping per stiffness [s]: what is damped is pressed with a smaller gain. Left out: that of the
-    simulated contact."""
-    change: tuple[tuple[float, str, float], ...] = option((), fixed=CHANGED, once=True)
-    """Change force [N] or force_gain [m/s/N] while it runs: seconds after the start, name, new value, as in
-    --change 5 force 3. The start is that of the run: a change during approach or landing takes effect at
-    once, and the force before it is never held. A profile moves with the force. The change is ramped, so that
-    nothing jumps."""
     landing_speed: float | None = option(None, "m/s", bound="positive")
     """Speed of landing [m/s]. Left out: so that its force exceeds the set one by no more than about 1 N, at most
     5 mm/s; 0.5 mm/s on a sine surface, which is then met near its turning point."""
-    friction: float = option(0.3, fixed=TOUCHED, symbol="mu", check=check_friction)
-    """Friction coefficient between tip and object."""
-    spin_length: float = option(0.004, "m", fixed=TOUCHED, symbol="e", check=check_spin_length)
-    """Largest spin torque per largest friction force [m]."""
-    drift: float = option(0.0, "N/min", fixed=NOISY, bound="not negative")
-    """Drift of the sensor's zero along its z [N/min], for a robot whose sensor has a range (as stage-nano17)."""
-    tip: tuple[float, ...] = option((), "m", check=check_tip)
-    """Fingertip [m]: one number for the radius of a sphere, three for the semi-axes of an ellipsoid. Left out, as
-    the next three: the robot file's."""
-    force_noise: float | None = option(None, "N", fixed=NOISY, check=check_force_noise)
-    """Standard deviation of the sensor's force noise [N], each axis."""
-    moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
-    """Standard deviation of the sensor's moment noise [N m], each axis."""
-    period: float | None = option(None, "s", fixed=PERIODIC, check=check_period)
-    """Control period [s]."""
-    seed: int = 0
-    """Seed of the noise: the same seed gives the same run."""
-    robot: str = option("stage")
-    """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
+    friction: float = with_default(SceneOptions, "friction", 0.3)
+    spin_length: float = with_default(SceneOptions, "spin_length", 0.004)
+    robot: str = with_default(SceneOptions, "robot", "stage")
     out: Path = Path("runs/regulate")
-    """Folder for the report and the log."""
 
     def __post_init__(self) -> None:
         check_options(self)
@@ -199,10 +167,10 @@ class RegulateConfig:
                 f"surface = {self.surface}: is for a plate or sphere; what a scene does stands in its file, as "
                 "joints with stiffness and damping: leave it still"
             )
-        if self.surface == "leaving" and self.surface_speed > FASTEST_LEAVING:
+        if self.surface == "leaving" and self.surface_speed > _FASTEST_LEAVING:
             raise InvalidValueError(
-                f"surface_speed = {self.surface_speed:g} m/s: must be at most {FASTEST_LEAVING:g} m/s"
-                f"{speed_hint(self.surface_speed, FASTEST_LEAVING)}"
+                f"surface_speed = {self.surface_speed:g} m/s: must be at most {_FASTEST_LEAVING:g} m/s"
+                f"{speed_hint(self.surface_speed, _FASTEST_LEAVING)}"
             )
 
     def _check_profile(self) -> None:
@@ -231,12 +199,12 @@ class RegulateConfig:
 
     @property
     def thing(self) -> str:
-        """What is pressed on, in words."""
+        """Name of the object, for sentences."""
         return f"{self.touch or 'scene'} of {self.file.name}" if self.file is not None else f"a {self.object}"
 
     @property
     def described(self) -> str:
-        """Likewise, with what its surface does."""
+        """Name of the object with the behaviour of its surface, for sentences."""
         return self.thing if self.file is not None else f"a {self.surface} {self.object}"
 
     @property
@@ -256,7 +224,7 @@ class RegulateConfig:
 
     @property
     def true_stiffness(self) -> float:
-        """Of the simulated contact [N/m]."""
+        """Stiffness of the simulated contact [N/m]."""
         if self.stiffness is not None:
             return self.stiffness
-        return SOFT_STIFFNESS if self.surface == "soft" else STIFFNESS
+        return _SOFT_STIFFNESS if self.surface == "soft" else STIFFNESS

@@ -29,6 +29,7 @@ from palpate.experiments.kit.one_finger import (
     IDENTIFIED_TEXT,
     MAX_LANDING_SPEED,
     MAX_LIFT_SPEED,
+    SEARCH_DEPTH,
     Identified,
     PressingPlan,
 )
@@ -62,9 +63,6 @@ FORCES_FILE = "forces.csv"
 
 _LIFT_DISTANCE = 0.005
 """Distance of lifting from a surface that stands still [m]."""
-
-_SEARCH_DEPTH = 0.005
-"""Depth of the search below the lowest place of the surface [m]."""
 
 _STEP_IN_DELAYS = 1.5
 """Time constant of steps of the set force, in delays of force control, while the stiffness is only assumed. The
@@ -181,7 +179,7 @@ def plan_regulation(config: RegulateConfig, robot: Robot, attachments: Mapping[s
         settle_time=_settle_time(gain),
         axis=(config.axis[0], config.axis[1], config.axis[2]) if config.axis else None,
         landing_speed=landing_speed,
-        approach_distance=CLEARANCE + depth_of(target) + travel + _SEARCH_DEPTH,
+        approach_distance=CLEARANCE + depth_of(target) + travel + SEARCH_DEPTH,
         # out of reach of what comes after it
         lift_distance=_LIFT_DISTANCE + travel,
         lift_speed=lift_speed + (config.surface_speed if sine else 0.0),

@@ -9,7 +9,7 @@ import numpy as np
 from palpate.controllers.guarded_approach import Loss
 from palpate.experiments.kit.recorded_periods import ContactTruth, Periods
 from palpate.experiments.kit.recorded_run import ChangeOutcome, Recorded
-from palpate.experiments.kit.shown_result import ShownResult
+from palpate.experiments.kit.registry import ShownResult
 from palpate.experiments.regulate.held import Held
 from palpate.experiments.regulate.held_responses import HeldResponses
 from palpate.experiments.regulate.held_sums import HeldSums

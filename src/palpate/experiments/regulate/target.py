@@ -12,7 +12,7 @@ from palpate.errors import InvalidValueError
 from palpate.experiments.kit.checks import check_compression
 from palpate.experiments.kit.one_finger import CLEARANCE, Setup, sensor_model, touch_threshold
 from palpate.experiments.kit.scene import SCENE_TEXT, attached_scene
-from palpate.experiments.regulate.config import RegulateConfig
+from palpate.experiments.regulate.config import MOUNT_DAMPING_RATIO, RegulateConfig
 from palpate.robots.fingertip import fingertip, start_above
 from palpate.robots.known_truth import scene_of
 from palpate.robots.robot import Robot
@@ -80,7 +80,7 @@ def target_of(config: RegulateConfig, attachments: Mapping[str, str], *, at_rest
     match config.surface:
         case "yielding":
             critical = 2.0 * math.sqrt(config.mount_stiffness * config.mount_mass)
-            damping = config.mount_damping_ratio * critical
+            damping = MOUNT_DAMPING_RATIO * critical
             return SprungTarget(shape, config.mount_stiffness, damping, config.mount_mass)
         case "sine":
             amplitude = config.surface_amplitude
@@ -148,24 +148,19 @@ def contact_model(config: RegulateConfig, ready: RobotInScene, target: Target) -
     """
     scene, servo = scene_of(ready.backend), ready.stiffness
     if scene is None:  # the truth is unknown: the given values, with no damping by default
-        return DampedContact(
-            config.assumed_stiffness or config.true_stiffness, config.assumed_damping_time or 0.0, servo
-        )
+        return DampedContact(config.assumed_stiffness or config.true_stiffness, 0.0, servo)
     pair = scene.pair
     mounting = _joint_mounting(scene)
     if isinstance(target, SprungTarget):
         mounting = SpringMounting(target.stiffness, target.damping, target.mass)
     # the pair's direct format: -(1 - d) A times stiffness and damping
     true = DampedContact(config.true_stiffness, pair.solref[1] / pair.solref[0], servo, mounting)
-    if config.assumed_stiffness is None and config.assumed_damping_time is None:
+    if config.assumed_stiffness is None:
         return true
-    times = (config.assumed_stiffness or true.surface_stiffness) / true.surface_stiffness
-    damping = config.assumed_damping_time
-    if damping is None:
-        damping = true.damping_time / math.sqrt(times)
+    times = config.assumed_stiffness / true.surface_stiffness
     if mounting is not None:
         mounting = SpringMounting(times * mounting.stiffness, math.sqrt(times) * mounting.damping, mounting.mass)
-    return DampedContact(times * true.stiffness, damping, servo, mounting)
+    return DampedContact(times * true.stiffness, true.damping_time / math.sqrt(times), servo, mounting)
 
 
 def _joint_mounting(scene: Scene) -> SpringMounting | None:

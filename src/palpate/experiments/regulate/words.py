@@ -5,7 +5,7 @@ import math
 from palpate.controllers.guarded_approach import Loss
 from palpate.experiments.kit.recorded_run import change_rows, change_sentences
 from palpate.experiments.kit.run_report import log_row
-from palpate.experiments.regulate.config import FROM_FILES, RegulateConfig
+from palpate.experiments.regulate.config import FROM_FILES, MOUNT_DAMPING_RATIO, RegulateConfig
 from palpate.experiments.regulate.plan import RegulationPlan
 from palpate.experiments.regulate.result import RegulationResult
 from palpate.robots.known_truth import NOT_KNOWN, cost_row
@@ -175,7 +175,7 @@ def _course(surface: str, planned: RegulationPlan) -> str:
         return f" of {1e3 * config.surface_amplitude:g} mm, up to {1e3 * config.surface_speed:g} mm/s"
     if surface == "yielding":
         return (
-            f" on a mount of {config.mount_stiffness / 1e3:g} kN/m, damping ratio {config.mount_damping_ratio:g}, "
+            f" on a mount of {config.mount_stiffness / 1e3:g} kN/m, damping ratio {MOUNT_DAMPING_RATIO:g}, "
             f"{config.mount_mass:g} kg"
         )
     if surface == "leaving":

@@ -6,34 +6,26 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.errors import InvalidValueError
-from palpate.experiments.kit.checks import (
-    MAX_FORCE,
-    check_force_noise,
-    check_friction,
-    check_length,
-    check_seed,
-    check_spin_length,
-)
-from palpate.experiments.kit.options import NOISY, TOUCHED, check_options, option
+from palpate.experiments.kit.checks import MAX_FORCE, check_length, check_seed
+from palpate.experiments.kit.options import TOUCHED, check_options, option, own_first, with_default
+from palpate.experiments.kit.scene_options import ContactOptions, SceneOptions
 
-ShapeName = Literal["sphere", "ellipsoid", "capsule", "superellipsoid"]
-Triple = tuple[float, float, float]
+_ShapeName = Literal["sphere", "ellipsoid", "capsule", "superellipsoid"]
+_Triple = tuple[float, float, float]
 
 TOUCHES_TEXT = "touches.csv"
 """Under this name a log keeps the touches of a file, or those that came first."""
 
-FEWEST, MOST = 20, 200
+FEWEST, _MOST = 20, 200
 """Touches: those that come first are 17; more take an hour."""
-
-STEEPEST = 1.2
-"""[rad] That a tip may be turned at most: beyond, a finger would lie on the plate."""
 
 LARGEST_ERROR = 0.3
 """Relative, of a fingertip's size, that is simulated."""
 
 
-@dataclass(frozen=True, slots=True)
-class TipCalibrationConfig:
+@own_first
+@dataclass(frozen=True)
+class TipCalibrationConfig(ContactOptions):
     """Calibrate a fingertip by touching a plate, a rod and a ball, of which only the radii are known.
 
     Size, centre and orientation of the tip in the sensor frame, and the stiffness of the contact, are found from
@@ -41,7 +33,7 @@ class TipCalibrationConfig:
     every assumption that does not hold. First come a few touches where the things are thought to be, then those
     that tell most. The report shows the tip found beside the typed one; robot.yaml is the robot file with it.
 
-    With --touches nothing moves: touches of a file are evaluated, as of a finger guided by hand. With --plan
+    With --touches nothing moves: touches of a file are evaluated, as from a finger guided by hand. With --plan
     nothing moves either: the touches that would tell most are written to next_touches.csv.
 
     All values are in SI units: metres, newtons, radians.
@@ -59,31 +51,27 @@ class TipCalibrationConfig:
     time_s, where the thing is about (place_x_m ... direction_z) and standard deviations (sd_fx_N ...)."""
     plan: bool = option(False, fixed=TOUCHED)
     """Move nothing: write which touches would tell most, after those of --touches, if there are any."""
-    shape: ShapeName | None = option(None)
+    shape: _ShapeName | None = option(None)
     """Family of shapes to which the tip belongs. Left out: as in the robot file."""
-    touch_count: int = option(60, fixed=TOUCHED, within=(FEWEST, MOST))
+    touch_count: int = option(60, fixed=TOUCHED, within=(FEWEST, _MOST))
     """How many touches are made, those that come first included."""
     forces: tuple[float, ...] = option(
         (1.0, 3.0), "N", fixed=TOUCHED, bound="positive", within=(-math.inf, MAX_FORCE)
     )
-    """Forces of each touch, one after the other [N]: two or more tell the stiffness."""
-    plate: Triple = option((-0.045, 0.0, 0.0), "m", fixed=TOUCHED)
+    """Forces of each touch, one after the other [N]: two or more determine the stiffness."""
+    plate: _Triple = option((-0.045, 0.0, 0.0), "m", fixed=TOUCHED)
     """About where the plate's upper side has its middle, base frame [m]."""
-    rod: Triple = option((0.03, -0.04, 0.04), "m", fixed=TOUCHED)
+    rod: _Triple = option((0.03, -0.04, 0.04), "m", fixed=TOUCHED)
     """About where the middle of the rod's axis, or of an edge, is, base frame [m]."""
-    rod_direction: Triple = option((1.0, 0.0, 0.0), fixed=TOUCHED)
-    """Its direction, base frame."""
-    rod_radius: float = option(0.002, "m", fixed=TOUCHED, bound="not negative")
-    """Of the rod [m], as a caliper reads it; 0 for a sharp edge."""
-    ball: Triple = option((0.03, 0.04, 0.04), "m", fixed=TOUCHED)
+    rod_direction: _Triple = option((1.0, 0.0, 0.0), fixed=TOUCHED)
+    """Direction of the rod, base frame."""
+    ball: _Triple = option((0.03, 0.04, 0.04), "m", fixed=TOUCHED)
     """About where the middle of the ball, or the point of a needle, is, base frame [m]."""
-    ball_radius: float = option(0.002, "m", fixed=TOUCHED, bound="not negative")
-    """Of the ball [m], as its maker says; 0 for a needle."""
+    radii: tuple[float, float] = option((0.002, 0.002), "m", fixed=TOUCHED, bound="not negative")
+    """Radii of rod and ball [m], as a caliper reads them; 0 for a sharp edge or a needle."""
     place_sd: float = option(2e-3, "m", fixed=TOUCHED, bound="positive")
     """How well these places are known, standard deviation [m]. They are looked for three times as far."""
-    most_turn: float = option(0.6, "rad", fixed=TOUCHED, bound="not negative", within=(-math.inf, STEEPEST))
-    """How far the tip may be turned from upright [rad], by a robot that can."""
-    stiffness: float = option(20e3, "N/m", bound="positive")
+    stiffness: float = with_default(ContactOptions, "stiffness", 20e3)
     """Stiffness of the contact, tip and object together, as it is taken for [N/m]."""
     exponent_sd: float = option(0.0, bound="not negative")
     """How wrong the exponent of the skin's law may be that the robot file has, or 1: standard deviation. 0: it is
@@ -94,39 +82,23 @@ class TipCalibrationConfig:
     """How wrong the sensor's orientation on the flange may be, about each axis, standard deviation [rad]: it is
     sought, too, by a robot that turns its tip. 0: it is known."""
     mount_shift_sd: float = option(0.0, "m", bound="not negative")
-    """How wrong the sensor's place on the flange may be, along each axis, standard deviation [m], likewise."""
-    arm_sd: float | None = option(None, "m", bound="positive")
-    """How exactly the arm's place repeats, standard deviation [m]: where to begin, for the touches tell it. Left
-    out: 20e-6, and 1e-6 for a simulated arm, whose places are exact."""
-    sensor_accuracy: float | None = option(None, bound="not negative")
-    """Standard deviation of each entry of the sensor's calibration matrix, of a full load. Left out: 0 for a
-    simulated sensor without cross-talk, else 0.006, as of a sensor whose errors are within 1 %."""
+    """How wrong the sensor's place on the flange may be, along each axis, standard deviation [m]. 0: it
+    is known."""
     unknown_tip: int | None = option(None, fixed=TOUCHED, check=check_seed)
     """Simulate a tip that differs from the robot file by errors that this seed draws: size within 5 %, centre
     within 1 mm along each axis, tilt of 3 degrees, stiffness half to twice. Simulation only, as the next ones."""
     size_error: float = option(0.0, fixed=TOUCHED, within=(-LARGEST_ERROR, LARGEST_ERROR), remark="; 0.05 is 5 %")
     """How much larger the simulated tip is than typed, relative."""
-    center_error: Triple = option((0.0, 0.0, 0.0), "m", fixed=TOUCHED)
+    center_error: _Triple = option((0.0, 0.0, 0.0), "m", fixed=TOUCHED)
     """By how much its centre is elsewhere, sensor frame [m]."""
-    turn_error: Triple = option((0.0, 0.0, 0.0), "rad", fixed=TOUCHED)
-    """By how much it is turned, axis times angle, sensor frame [rad]."""
     stiffness_ratio: float = option(1.0, fixed=TOUCHED, bound="positive")
     """How many times as stiff the simulated contact is as it is taken for."""
     scene_error: int = option(0, fixed=TOUCHED, check=check_seed)
     """Seed that draws how far the simulated things are from where they are thought to be: up to 1.5 mm along each
     axis, and tilted by up to 2 degrees."""
-    friction: float = option(0.4, fixed=TOUCHED, symbol="mu", check=check_friction)
-    """Friction coefficient between the simulated tip and what it touches."""
-    spin_length: float = option(0.002, "m", fixed=TOUCHED, symbol="e", check=check_spin_length)
-    """Largest spin torque per largest friction force of the simulated contact [m]."""
-    force_noise: float | None = option(None, "N", fixed=NOISY, check=check_force_noise)
-    """Standard deviation of the sensor's force noise [N], each axis. Left out, as the next: the robot file's."""
-    moment_noise: float | None = option(None, "N m", fixed=NOISY, bound="not negative")
-    """Standard deviation of the sensor's moment noise [N m], each axis."""
-    seed: int = 0
-    """Seed of the noise: the same seed gives the same run."""
-    robot: str = option("turning-stage-nano17")
-    """What carries the fingertip: a robot that comes with palpate (`palpate robot list`), or a robot file."""
+    friction: float = with_default(SceneOptions, "friction", 0.4)
+    spin_length: float = with_default(SceneOptions, "spin_length", 0.002)
+    robot: str = with_default(SceneOptions, "robot", "turning-stage-nano17")
     out: Path = Path("runs/calibrate-tip")
     """Folder for the report, the log, touches.csv, next_touches.csv, tip.yaml and robot.yaml."""
 
@@ -136,17 +108,15 @@ class TipCalibrationConfig:
             raise InvalidValueError("forces: there are none; give one at least [N]")
         if not 0.0 < math.hypot(*self.rod_direction) < math.inf:
             raise InvalidValueError(f"rod_direction = {self.rod_direction}: give three numbers, not all 0")
-        for name in ("rod_radius", "ball_radius"):
-            check_length(name, getattr(self, name) or 1e-3, 0.1)
+        for radius in self.radii:
+            check_length("radii", radius or 1e-3, 0.1)
         check_length("place_sd", self.place_sd, 0.01)
         check_length("center_error", max(math.hypot(*self.center_error), 1e-9), 0.01)
-        if math.hypot(*self.turn_error) > LARGEST_ERROR:
-            raise InvalidValueError(f"turn_error = {self.turn_error}: must be at most {LARGEST_ERROR:g} rad long")
 
     @property
     def tip_is_other(self) -> bool:
         """Whether a tip is to be simulated that differs from the robot file."""
-        changed = (self.size_error, *self.center_error, *self.turn_error, self.stiffness_ratio - 1.0)
+        changed = (self.size_error, *self.center_error, self.stiffness_ratio - 1.0)
         return self.unknown_tip is not None or any(changed)
 
     @property

@@ -26,7 +26,7 @@ from palpate.robots.surface_sd_entry import LARGEST_STIFFNESS
 from palpate.robots.surface_text import with_surface
 from palpate.sensing.tip_calibration import TipFit, TypedTip, tip_shape
 from palpate.sensing.tip_uncertainty import STIFFNESS
-from palpate.spatial import Vector, as_vector
+from palpate.spatial import ZERO, Vector, as_vector
 from palpate.yaml_text import yaml_text
 
 if TYPE_CHECKING:  # results judge the tip that is described here
@@ -58,7 +58,7 @@ class TipErrors:
     def of(cls, config: TipCalibrationConfig) -> "TipErrors":
         """Return the errors that are typed, or drawn by a seed."""
         if config.unknown_tip is None:
-            return cls(config.size_error, config.center_error, config.turn_error, config.stiffness_ratio)
+            return cls(config.size_error, config.center_error, ZERO, config.stiffness_ratio)
         rng = np.random.default_rng(config.unknown_tip)
         axis = rng.normal(size=3)
         return cls(

@@ -52,6 +52,9 @@ SPREAD = {TargetKind.PLANE: 0.015, TargetKind.LINE: 0.006, TargetKind.POINT: 0.0
 
 _UP: Vector = (0.0, 0.0, 1.0)
 
+_MAX_TURN = 0.6
+"""Largest tilt of the tip from upright [rad], of a robot that can turn it."""
+
 _TILT_SD = 0.05
 """Standard deviation of directions that were estimated by eye [rad]."""
 
@@ -105,8 +108,8 @@ class KnownBefore:
             InvalidValueError: If touches cannot calibrate its kind of fingertip.
         """
         tip = typed_tip(config, robot)
-        turn = config.most_turn if turns else 0.0
-        return cls(tip, believed_targets(config), _instrument(config, robot), turn, config.forces)
+        turn = _MAX_TURN if turns else 0.0
+        return cls(tip, believed_targets(config), _instrument(robot), turn, config.forces)
 
     def fit(self, touches: Touches) -> TipFit:
         """Return the tip that explains touches.
@@ -168,16 +171,15 @@ def _shape_of(name: str, half_extents: Sequence[float]) -> TipShape:
             return superellipsoid_shape((x, y, z), _INITIAL_EXPONENT)
 
 
-def _instrument(config: TipCalibrationConfig, robot: Robot) -> Instrument:
+def _instrument(robot: Robot) -> Instrument:
     sensor, finger = robot.sensors[0], only_finger(robot)
     simulated = None if robot.file.backend.REAL else model_of_finger(finger)
     ranges = None if simulated is None else simulated.rated
     if sensor is not None:
         ranges = (*sensor.force_range, *sensor.moment_range)
     exact = simulated is not None and simulated.cross_talk is None
-    usual = 0.0 if exact or ranges is None else _DELIVERED_ACCURACY
-    accuracy = usual if config.sensor_accuracy is None else config.sensor_accuracy
-    arm = (_SIMULATED_ARM_SD if simulated else _REAL_ARM_SD) if config.arm_sd is None else config.arm_sd
+    accuracy = 0.0 if exact or ranges is None else _DELIVERED_ACCURACY
+    arm = _SIMULATED_ARM_SD if simulated else _REAL_ARM_SD
     return Instrument(arm, (1.0,) * 6 if ranges is None else ranges, accuracy)
 
 
@@ -186,8 +188,8 @@ def believed_targets(config: TipCalibrationConfig) -> tuple[TouchTarget, ...]:
     sd = config.place_sd
     return (
         TouchTarget(_PLATE, TargetKind.PLANE, config.plate, _UP, place_sd=sd, direction_sd=_TILT_SD),
-        TouchTarget(_ROD, TargetKind.LINE, config.rod, config.rod_direction, config.rod_radius, sd, _TILT_SD),
-        TouchTarget(_BALL, TargetKind.POINT, config.ball, radius=config.ball_radius, place_sd=sd),
+        TouchTarget(_ROD, TargetKind.LINE, config.rod, config.rod_direction, config.radii[0], sd, _TILT_SD),
+        TouchTarget(_BALL, TargetKind.POINT, config.ball, radius=config.radii[1], place_sd=sd),
     )
 
 
@@ -203,9 +205,8 @@ def simulated_bench(config: TipCalibrationConfig) -> FixedPieces:
     Raises:
         InvalidValueError: If a radius is 0: a simulation has no geom for a sharp edge or point.
     """
-    for name in ("rod_radius", "ball_radius"):
-        if getattr(config, name) == 0.0:
-            raise InvalidValueError(f"{name} = 0: a simulated one is round; give its radius [m], as 0.0005")
+    if 0.0 in config.radii:
+        raise InvalidValueError("radii = 0: a simulated rod or ball is round; give its radius [m], as 0.0005")
     plate, rod, ball = true_targets(config)
     axes = _axes_about(plate.unit)
     box = PosedGeom(

@@ -17,7 +17,14 @@ from palpate.experiments.kit.checks import (
     check_force,
     check_least_force,
 )
-from palpate.experiments.kit.one_finger import OneFingerPlan, Setup, sensor_model, touch_threshold
+from palpate.experiments.kit.one_finger import (
+    OneFingerPlan,
+    Setup,
+    check_workspace,
+    sensor_model,
+    touch_threshold,
+    workspace_around,
+)
 from palpate.experiments.kit.recorded_run import Recorded, carry_out
 from palpate.experiments.tip_calibration.config import TOUCHES_TEXT, TipCalibrationConfig
 from palpate.experiments.tip_calibration.findings import FILE_NAMES
@@ -72,9 +79,6 @@ _ROUNDS = 3
 
 _MOTION_END = 0.8
 """Time that the end of each motion adds [s]."""
-
-_MILLI = 1e3
-"""mm per m."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -244,9 +248,9 @@ def _quantities(
         Quantity("expected duration", whole, "s", "all touches"),
         Quantity("forces", len(forces), "", ", ".join(f"{each:g} N" for each in forces)),
         Quantity("greatest force asked for", max(forces), "N"),
-        Quantity("landing speed", _MILLI * parameters.landing_speed, "mm/s"),
-        Quantity("travel speed", _MILLI * parameters.travel.speed, "mm/s"),
-        Quantity("search distance", _MILLI * parameters.search_distance, "mm", "of the first touches"),
+        Quantity("landing speed", 1e3 * parameters.landing_speed, "mm/s"),
+        Quantity("travel speed", 1e3 * parameters.travel.speed, "mm/s"),
+        Quantity("search distance", 1e3 * parameters.search_distance, "mm", "of the first touches"),
         Quantity("turn of the tip, largest", turn, "rad"),
         Quantity("phase margin of pressing", margin, "deg", "at the typed stiffness"),
     )
@@ -261,7 +265,7 @@ def _setup(config: TipCalibrationConfig, robot: Robot) -> Setup:
     typed = fingertip(robot)
     if robot.file.backend.REAL and config.tip_is_other:
         raise InvalidValueError(
-            "unknown_tip, size_error, center_error, turn_error, stiffness_ratio: are for simulations; a real tip "
+            "unknown_tip, size_error, center_error, stiffness_ratio: are for simulations; a real tip "
             "is what it is: leave them out"
         )
     errors = TipErrors.of(config)
@@ -315,16 +319,9 @@ def _workspace_limits(robot: Limits, limits: Limits, steps: Sequence[TouchStep])
     """
     places = np.array([(*step.standoff[:2], z) for step in steps for z in (step.standoff[2], step.height)])
     low, high = places.min(axis=0), places.max(axis=0)
-    least, most = np.array(robot.workspace_lower), np.array(robot.workspace_upper)
-    for axis in range(3):
-        if low[axis] < least[axis] or high[axis] > most[axis]:
-            raise InvalidValueError(
-                f"the touches reach from {low[axis]:.3g} to {high[axis]:.3g} m along {'xyz'[axis]}: they leave "
-                f"the robot's workspace, {least[axis]:g} to {most[axis]:g} m (limits.workspace_lower_m, "
-                "workspace_upper_m in the robot file); put plate, rod and ball elsewhere"
-            )
-    lower, upper = np.maximum(low - _ROOM, least), np.minimum(high + _ROOM, most)
-    return msgspec.structs.replace(limits, workspace_lower=as_vector(lower), workspace_upper=as_vector(upper))
+    check_workspace(robot, as_vector(low), as_vector(high), "put plate, rod and ball elsewhere")
+    lower, upper = workspace_around(robot, as_vector(low), as_vector(high), _ROOM)
+    return msgspec.structs.replace(limits, workspace_lower=lower, workspace_upper=upper)
 
 
 def _located_targets(fit: TipFit) -> tuple[TouchTarget, ...]:

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.controllers.touch_sequence import TouchOutcome
 from palpate.experiments.kit.recorded_run import Recorded
-from palpate.experiments.kit.shown_result import ShownResult
+from palpate.experiments.kit.registry import ShownResult
 from palpate.experiments.tip_calibration.config import TipCalibrationConfig
 from palpate.experiments.tip_calibration.found_tip import simulated_tip
 from palpate.experiments.tip_calibration.known import KnownBefore
