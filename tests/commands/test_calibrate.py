@@ -160,7 +160,7 @@ def test_from_nothing_to_a_pipeline_that_measures_right(tmp_path, capsys):
     told = capsys.readouterr().out
     told += sensor.read_text()
     for word in (
-        *("condition number", "left out rms", "centre of mass", "95 %: ", "standard error", "OK"),
+        *("condition number", "left out rms", "centre of mass", "95 %: ", "  error", "OK"),
         *("FT1", "bias: 400 readings", "payload: 24 poses", "matrix: 40 known loads"),
     ):
         assert word in told

@@ -146,11 +146,11 @@ def test_an_uncertain_fingertip_gives_standard_deviations(tmp_path):
     """Size, place and turn, each by itself; a sphere that is turned about its centre stays itself."""
     text = "\n".join([HEADER, *lines_of(WRENCHES)])
     told = [
-        numbers(convert(tmp_path, text, ellipsoid=None, sphere=0.012, tip_sd=sd)[0], "centroid_sd_x_m")[0]
+        numbers(convert(tmp_path, text, ellipsoid=None, sphere=0.012, tip_sd=sd)[0], "centroid_sd_z_m")[0]
         for sd in ((1e-4, 0.0, 0.0), (0.0, 1e-4, 0.0), (0.0, 0.0, 1e-2))
     ]
-    assert 1e-6 < told[0] < 1e-3
-    assert 5e-5 < told[1] < 1e-3
+    assert 5e-5 < told[0] < 5e-4  # a contact stays on the wrench's axis, here close to z
+    assert 5e-5 < told[1] < 5e-4
     assert told[2] < 1e-9
 
 

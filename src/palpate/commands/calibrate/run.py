@@ -400,14 +400,14 @@ def tare(config: TareConfig) -> CommandResult:
     rows = [
         Row("readings", found.reading_count),
         Row("bias", updated.bias, "bias", PER_AXIS, digits=4),
-        Row("standard_error", sd, "standard error", PER_AXIS, digits=2),
+        Row("standard_error", sd, "error", PER_AXIS, digits=2),
         Row("", sensor.bias, "was", digits=2),
         Row("noise_sd", found.sd, "sd seen", PER_AXIS, digits=2),
         Row("", sensor.noise, "sd known", digits=2),
         Row("drift", drift.slope, "drift/s", rate, digits=1),
         Row("drift_half_width", drift.half_width, "+- (95 %)", rate, digits=1),
     ]
-    title = f"Bias from {found.reading_count} readings ({place}, {source}), weight taken off"
+    title = f"Bias from {found.reading_count} readings ({place}, {source}), weight off, with standard error"
     show_rows(console, title, verdict, rows)
     notes = [] if any(found.sd) else ["the readings do not change at all; is the sensor alive?"]
     turned = _TOUCH_SIGMAS * touch_uncertainty(sensor, found, specific_force)
