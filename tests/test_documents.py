@@ -103,7 +103,7 @@ def test_code_and_commands_run_from_top_to_bottom(name, folder):
 )
 def test_the_options_of_every_command_parse(name, folder, monkeypatch):
     """Also of those that are not run: the command line itself reads them."""
-    monkeypatch.setattr("palpate.cli._function", lambda name: note)
+    monkeypatch.setattr("palpate.cli._runner", lambda command, json=False: note)
     monkeypatch.setattr("palpate.commands.run.run_experiment", note)
     monkeypatch.setattr("palpate.commands.run.dry_run_experiment", note)
     for robot in ("cell.yaml", "my_cell.yaml", "my_robot.yaml"):

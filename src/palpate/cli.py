@@ -251,11 +251,9 @@ def _no_command(word: str, commands: Typed, words: Sequence[str]) -> str:
 def _run_command(command: TypedCommand, typed: str, arguments: Sequence[str]) -> CommandResult | int:
     config: Any
     config, shared = read_options(command.config, typed, arguments, (JSON,))
-    # imported only now: simulation, compiled kernels and drawing take a second that --help need not wait for
-    name = command.document if shared[JSON.name] and command.document else command.runner
-    runner = partial(_function(name), config) if name else config.run
+    runner = _runner(command, json=bool(shared[JSON.name]))
     start_up.over()
-    result: CommandResult | int = runner()
+    result: CommandResult | int = runner(config)
     return result
 
 
@@ -276,7 +274,11 @@ def run_completion(config: CompletionConfig) -> CommandResult:
     return CommandResult(facts={"shell": config.shell, "script": script})
 
 
-def _function(name: str) -> Any:
+def _runner(command: TypedCommand, *, json: bool) -> Any:
+    """Return the function that carries a command out, imported only now: it takes a second that --help saves."""
+    name = command.document if json and command.document else command.runner
+    if not name:
+        return command.config.run  # type: ignore[attr-defined]
     module, function = name.split(":")
     return getattr(import_module(module), function)
 

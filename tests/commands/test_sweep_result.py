@@ -140,13 +140,14 @@ def test_a_figures_column_ends_in_its_unit(name):
 def test_options_have_the_unit_that_their_help_says(name):
     """The sentences behind the fields, which people see in --help, against the units in tables and pictures."""
     kind = experiment_named(name).Config
-    (body,) = (node.body for node in ast.parse(inspect.getsource(kind)).body if isinstance(node, ast.ClassDef))
     told = {}
-    for line, words in itertools.pairwise(body):
-        if not (isinstance(line, ast.AnnAssign) and isinstance(words, ast.Expr)):
-            continue
-        if "float" in ast.unparse(line.annotation):
-            told[ast.unparse(line.target)] = re.findall(r"\[([^\]]+)\]", ast.unparse(words))
+    for each in reversed(kind.__mro__[:-1]):  # shared options stand in base classes
+        (body,) = (node.body for node in ast.parse(inspect.getsource(each)).body if isinstance(node, ast.ClassDef))
+        for line, words in itertools.pairwise(body):
+            if not (isinstance(line, ast.AnnAssign) and isinstance(words, ast.Expr)):
+                continue
+            if "float" in ast.unparse(line.annotation):
+                told[ast.unparse(line.target)] = re.findall(r"\[([^\]]+)\]", ast.unparse(words))
     assert len(told) > 10
     for option, units in told.items():
         if option != "change":  # a list of names with units of their own
