@@ -5,6 +5,7 @@ import os
 import signal
 from dataclasses import replace
 from operator import attrgetter
+from typing import Any
 
 import numpy as np
 import pytest
@@ -327,7 +328,8 @@ def test_a_motion_that_turns_too_abruptly_for_the_limits_is_refused_when_it_is_p
     assert "accelerations of up to 7.85 m/s^2" in note
     assert "at most 0.5 m/s^2" in note
     (speed,) = [each for each in plan.dry_run().metrics if each.name == "speed"]
-    assert speed.value == pytest.approx(1e3 * plan.motion.fastest)
+    motion: Any = plan.motion
+    assert speed.value == pytest.approx(1e3 * motion.fastest)
     assert not planned(motion="sine").dry_run().notes
 
 

@@ -36,7 +36,7 @@ def differences(found, kept):
     metrics, expected = found["metrics"], kept["metrics"]
     different |= {
         key: (metrics.get(key), expected.get(key))
-        for key in expected  # a metric that was added since is no difference
+        for key in set(metrics) | set(expected)
         if not _alike(key, metrics.get(key), expected.get(key))
     }
     for row, command in zip(found["commands"], kept["commands"], strict=True):

@@ -239,7 +239,7 @@ METRICS = (
         bound=_lacks_spin_length,
     ),
     _estimated(
-        "load_exponent",
+        "load_exponent_used",
         "growth of e with load, gamma",
         _GAMMA,
         _true_exponent(_GAMMA),
@@ -248,7 +248,7 @@ METRICS = (
     ),
     _if_measured("load_exponent_found", "gamma, if it was measured", _GAMMA),
     _estimated(
-        "norm_exponent",
+        "norm_exponent_used",
         "norm exponent p",
         _P,
         _true_exponent(_P),
