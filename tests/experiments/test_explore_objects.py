@@ -178,16 +178,23 @@ def test_a_height_map_that_was_explored_can_be_explored_again(tmp_path):
     assert 0 < count == field.untouched
     there = ~np.isnan(holed)
     assert np.array_equal(field.heights[there], Z[there])
-    touched = np.column_stack([X[there], Y[there]])
-    for x, y, z in zip(X[~there], Y[~there], field.heights[~there], strict=True):  # of a nearest touched place
-        distance = np.hypot(*(touched - [x, y]).T)
-        assert z in Z[there][distance < distance.min() + 1e-12]
+    assert np.abs(field.heights - Z).max() < 0.1 * np.ptp(Z), "the fill continues the surface without steps"
     again = read_heights_text(heights_text(field), "object.csv")
     assert again.untouched == count
     assert np.array_equal(again.parameters, field.parameters)
-    holed = ExploreConfig(object="height-field", file=tmp_path / "holed.csv", tip=(0.004,), **SMALL)
+    holed = ExploreConfig(object="height-field", file=tmp_path / "holed.csv", **SMALL)
     told = plan_of(holed).dry_run().notes
     assert f"{count} of 2501 places of the height field were not touched" in " ".join(told)
+
+
+def test_missing_heights_of_a_plane_are_the_planes_and_a_line_is_refused(tmp_path):
+    plane = 0.3 * X - 0.2 * Y
+    holed = np.where(np.hypot(X - 0.005, Y) < 0.01, np.nan, plane)
+    write_height_map_csv(HeightMap(X[0], Y[:, 0], holed, np.zeros_like(Z), 0.0), tmp_path / "plane.csv")
+    assert np.allclose(load_heights(tmp_path / "plane.csv", 1.0, ()).heights, plane, rtol=0, atol=1e-12)
+    square = [(0.01 * i, 0.01 * j, 0.0 if i == j else float("nan")) for i in range(8) for j in range(8)]
+    with pytest.raises(InvalidValueError, match="its heights lie on one line"):
+        map_with(tmp_path, square)
 
 
 def map_with(tmp_path, points):

@@ -171,9 +171,8 @@ class ExploreConfig(PressingOptions, ObjectOptions):
     40 mm; 30, 120 mm; 60, 25 mm; 3, 60, 180 mm."""
     file: Path | None = with_default(PressingOptions, "file", None)
     """File of a mesh (STL, OBJ or PLY; closed, in metres), a height-field (CSV with columns x_m, y_m and z_m on a
-    regular grid, as an exploration's height_map.csv, whose places without a height get that of the nearest place
-    with one; or z alone, a line for each y, as CSV or .npy), or a
-    scene (MJCF, with the meshes that it names beside it)."""
+    regular grid, as an exploration's height_map.csv, whose places without a height are filled smoothly; or z
+    alone, a line for each y, as CSV or .npy), or a scene (MJCF, with the meshes that it names beside it)."""
     scale: float = option(1.0, fixed=TOUCHED)
     """Metres per unit of that file: 0.001 if it is in millimetres."""
     force: float = with_default(PressingOptions, "force", 2.0)

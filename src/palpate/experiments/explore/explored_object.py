@@ -140,8 +140,8 @@ def object_notes(target: SceneObject | Target) -> tuple[str, ...]:
     if not isinstance(target, HeightField) or not target.untouched:
         return ()
     return (
-        f"{target.untouched} of {target.heights.size} places of the height field were not touched; each is as "
-        "high as the nearest touched place.",
+        f"{target.untouched} of {target.heights.size} places of the height field were not touched; they "
+        "continue the others smoothly.",
     )
 
 
