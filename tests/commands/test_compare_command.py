@@ -201,6 +201,18 @@ def test_as_people_type_it(explored, regulated, tmp_path, capsys):
 
 
 @pytest.mark.slow
+def test_a_figure_that_cannot_be_drawn_costs_a_comparison_nothing_else(explored, tmp_path, monkeypatch, capsys):
+    def failing(*given):
+        raise ZeroDivisionError("no time")
+
+    monkeypatch.setattr("palpate.commands.compare.runs._over_time", failing)
+    assert main(["compare", *map(str, explored), "--out", str(tmp_path), "--json"]) == ExitCode.UNFINISHED
+    told = json.loads(capsys.readouterr().out)
+    assert "ZeroDivisionError: no time" in " ".join(told["warnings"])
+    assert "Metrics side by side" in (tmp_path / "comparison.html").read_text()
+
+
+@pytest.mark.slow
 def test_what_was_changed_while_it_ran_was_asked_differently_and_moves_what_is_set(tmp_path):
     asked = {"duration": 1.5, "drift": 0.6, "robot": "stage-nano17"}
     performed("regulate", tmp_path / "steady", **asked)

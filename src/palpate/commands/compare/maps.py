@@ -10,7 +10,7 @@ import numpy as np
 from rich.console import Console
 
 from palpate.atomic_file import replacing
-from palpate.commands.command_result import CommandResult
+from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.commands.compare.config import CompareConfig
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.checks import check_folder, make_folder
@@ -66,13 +66,18 @@ def compare_map(config: CompareConfig) -> CommandResult:
         say(console, sentence)
     make_folder(folder)
     with doing(console, "drawing the report"):
-        page, *figures = write_report(report, folder / "compare.html", config.figures).files
+        written = write_report(report, folder / "compare.html", config.figures)
+        page, *figures = written.files
         with replacing(folder / "compare.json") as file:
             file.write(json.dumps(values, indent=2, allow_nan=False).encode("ascii"))
         files = (page, folder / "compare.json", *figures)
+    for failure in written.failures:
+        say(console, str(failure))
     for path in files:
         say(console, f"Written: {path}")
-    return CommandResult(metrics=values, files=files, warnings=report.advice if found.coverage == 0.0 else ())
+    code = ExitCode.UNFINISHED if written.failures else ExitCode.DONE
+    warnings = (*(report.advice if found.coverage == 0.0 else ()), *map(str, written.failures))
+    return CommandResult(code, metrics=values, files=files, warnings=warnings)
 
 
 def json_values(found: Comparison, reference: TriangleSurface, config: CompareConfig) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from palpate.commands.command_result import CommandResult
+from palpate.commands.command_result import CommandResult, ExitCode
 from palpate.errors import FloatArray, InvalidValueError
 from palpate.experiments.kit.checks import make_folder
 from palpate.experiments.kit.comparable import ErrorSample, FeltMap, WithErrors, WithMap, WithSetForce
@@ -406,17 +406,19 @@ def compare_runs(places: Sequence[Path], out: Path | None, figures: FigureKind |
         table.add_row(*map(Text, (metric.name, metric.scale.unit, *metric.shown, *metric.differences)))
     console.print(table)
     with doing(console, "drawing the report"):
-        files = write_report(report, folder / FILE_NAME, figures).files
-    for each in files:
-        say(console, f"Written: {each}")
+        written = write_report(report, folder / FILE_NAME, figures)
+    for each in (*written.failures, *(f"Written: {path}" for path in written.files)):
+        say(console, str(each))
     return CommandResult(
+        ExitCode.UNFINISHED if written.failures else ExitCode.DONE,
         outcome=report.outcome,
         metrics={metric.key or quantity_key(metric.name, metric.unit): list(metric.values) for metric in metrics},
         facts={
             "runs": [str(run.logged.log.path) for run in runs],
             "changed_options": {row[0]: list(row[2:]) for row in options},
         },
-        files=files,
+        files=written.files,
+        warnings=tuple(map(str, written.failures)),
     )
 
 

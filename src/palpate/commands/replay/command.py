@@ -21,7 +21,7 @@ from palpate.commands.replay.run import ReplayedLog, load_controller_maker, repl
 from palpate.commands.typed_values import set_options
 from palpate.experiments.kit.checks import make_folder
 from palpate.experiments.kit.from_log import LoggedRun
-from palpate.reporting.page import write_report
+from palpate.reporting.page import WrittenReport, write_report
 from palpate.reporting.report import quantity_table
 from palpate.runtime import Command, Observation, Sample
 from palpate.runtime.log import log_in, read_log
@@ -66,7 +66,7 @@ def run_replay(config: ReplayConfig) -> CommandResult:
         say(console, remark)
     if found.should_be_identical:
         if found.identical and found.sensing.first is None:
-            return _result(found, ExitCode.DONE)
+            return _result(found, ExitCode.DONE, WrittenReport((), ()))
         _explain(console, found)
     else:
         console.print(quantity_table(quantities(found)))
@@ -74,14 +74,14 @@ def run_replay(config: ReplayConfig) -> CommandResult:
     report = _new_report_path(folder, path.resolve().stem)
     with doing(console, "drawing the report"):
         said = replay_report(found, config.controller)
-        files = write_report(said, report, config.figures).files
-    for each in files:
-        say(console, f"Written: {each}")
-    wrong = found.should_be_identical or _failed(console, found)
-    return _result(found, ExitCode.UNFINISHED if wrong else ExitCode.DONE, files)
+        written = write_report(said, report, config.figures)
+    for each in (*written.failures, *(f"Written: {path}" for path in written.files)):
+        say(console, str(each))
+    wrong = found.should_be_identical or _failed(console, found) or bool(written.failures)
+    return _result(found, ExitCode.UNFINISHED if wrong else ExitCode.DONE, written)
 
 
-def _result(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) -> CommandResult:
+def _result(found: ReplayedLog, code: ExitCode, written: WrittenReport) -> CommandResult:
     """Return the result as metrics and facts."""
     metrics, notes = shown_quantities(quantities(found))
     differing = found.commands.first is not None or found.sensing.first is not None
@@ -106,8 +106,8 @@ def _result(found: ReplayedLog, code: ExitCode, files: tuple[Path, ...] = ()) ->
             "first_differences": first_differences(found),
             "versions_differ": version_differences(found) if found.should_be_identical and differing else (),
         },
-        files,
-        remarks(found),
+        written.files,
+        (*remarks(found), *map(str, written.failures)),
     )
 
 

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import joblib
 from rich.console import Console
@@ -19,6 +18,7 @@ from palpate.commands.sweep.run import SweepAtWork, check, finished
 from palpate.commands.sweep.store import SweepFolder
 from palpate.commands.typed_values import plain
 from palpate.experiments.kit.metric import Metric, number
+from palpate.reporting.page import WrittenReport
 from palpate.runtime.batch import BatchError, BatchProgress, ShowProgress, batch_bar
 from palpate.runtime.progress import LINE_INTERVAL, doing, say
 
@@ -60,10 +60,12 @@ def run_sweep(config: SweepConfig) -> CommandResult:
         except BatchError as error:
             return CommandResult(ExitCode.UNFINISHED, error=_kept(work, str(error)))
         with doing(console, "writing tables, figure and report"):
-            files = work.write()
+            written = work.write()
     _print_result(console, work.result)
-    say(console, "Written: " + ", ".join(map(str, files)))
-    return _result(work.result, files)
+    for failure in written.failures:
+        say(console, str(failure))
+    say(console, "Written: " + ", ".join(map(str, written.files)))
+    return _result(work.result, written)
 
 
 def _carry_out(console: Console, work: SweepAtWork) -> None:
@@ -84,7 +86,7 @@ def _kept(work: SweepAtWork, why: str) -> str:
     return f"{why}; {kept}: the same command goes on from there"
 
 
-def _result(result: SweepResult, files: tuple[Path, ...]) -> CommandResult:
+def _result(result: SweepResult, written: WrittenReport) -> CommandResult:
     """Return the result: counts, and the metrics shown for each combination."""
     plan = result.plan
     combinations = [
@@ -99,7 +101,7 @@ def _result(result: SweepResult, files: tuple[Path, ...]) -> CommandResult:
         {"run": record.run, "status": record.status.value, "message": record.message} for record in result.failures
     ]
     return CommandResult(
-        ExitCode.UNFINISHED if result.failures else ExitCode.DONE,
+        ExitCode.UNFINISHED if result.failures or written.failures else ExitCode.DONE,
         result.outcome,
         {
             "runs": len(result.records),
@@ -107,8 +109,8 @@ def _result(result: SweepResult, files: tuple[Path, ...]) -> CommandResult:
             "computed_s": result.computed,
         },
         facts={"combinations": combinations, "failures": failures},
-        files=files,
-        warnings=result.notes,
+        files=written.files,
+        warnings=(*result.notes, *map(str, written.failures)),
     )
 
 

@@ -24,26 +24,26 @@ from palpate.runtime.batch import BatchError, BatchProgress, Failure, FailureKin
 from palpate.runtime.batch.process import ParentTime
 
 AUTO, LOCAL = "auto", "local"
-"""Instead of an address: the cluster that this computer belongs to; one of its own on this computer."""
+"""Values that replace an address: the cluster of this computer; a new cluster on this computer."""
 
-TICK = 0.25
+MAX_PROGRESS_INTERVAL_S = 0.25
 """Longest time between two calls of `progress` [s]."""
 
 MOST_DEATHS = 3
 """A case whose process dies is done again, but not a third time: one more than on one computer, for on a cluster
 processes also die with the node that they are on."""
 
-AHEAD = 2
+CASES_PER_CORE = 2
 """Cases per core that are handed out at a time: the next one waits where the last one ends."""
 
-STORE = 100 * 2**20
+OBJECT_STORE_BYTES = 100 * 2**20
 """Memory for objects that nodes share, of a cluster of our own [bytes]: ray's least is 75 MB, a run gives 1 kB."""
 
 CLUSTER_TIMEOUT = 5.0
-"""For a cluster to respond [s]."""
+"""Time in which a cluster must respond [s]."""
 
 HEAD_LOST = 4.0
-"""Without a reply of the cluster's head [s], which comes in milliseconds."""
+"""Time without a reply after which the cluster's head counts as lost [s]; replies take milliseconds."""
 
 LARGEST_PORT = 65535
 
@@ -54,19 +54,19 @@ class RayRunner:
 
     Attributes:
         address: Address of the cluster, `AUTO` or `LOCAL`.
-        jobs: How many runs at a time; as many as it has cores, if not given.
+        jobs: Number of runs at a time; None for one per core.
     """
 
     address: str
     jobs: int | None = None
 
     def describe(self) -> str:
-        """Return where it does, for people."""
+        """Return where the runs take place, as text."""
         where = {AUTO: "on this computer's ray cluster", LOCAL: "on a ray cluster of its own"}
         return where.get(self.address, f"on the ray cluster at {self.address}")
 
     def run(self, cases: Sequence[RunCase], progress: ShowProgress, longest: float) -> None:
-        """See `palpate.commands.sweep.run.LocalRunner.run`; of what is handed out, the one before counts, too.
+        """See `palpate.commands.sweep.run.LocalRunner.run`; the time of a waiting case counts, too.
 
         Raises:
             HeadLostError: The head of the cluster has been lost.
@@ -82,7 +82,7 @@ class RayRunner:
             os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
         ray = import_module("ray")
         with self._connected(ray):
-            _Round(ray, cases, self.jobs, AHEAD * longest).run(progress)
+            _Round(ray, cases, self.jobs, CASES_PER_CORE * longest).run(progress)
 
     @contextmanager
     def _connected(self, ray: Any) -> Iterator[None]:
@@ -98,7 +98,7 @@ class RayRunner:
                 "address": LOCAL,
                 "num_cpus": cores,
                 "include_dashboard": False,
-                "object_store_memory": STORE,
+                "object_store_memory": OBJECT_STORE_BYTES,
             }
         else:
             options["address"] = self.address
@@ -125,11 +125,11 @@ def _leave() -> None:
 
 
 def check_ray(address: str) -> None:
-    """Refuse an unusable cluster at once, not after planning, or after a minute of ray's own timeout.
+    """Refuse an unusable cluster before planning; ray itself waits for a minute.
 
     Raises:
-        MissingLibraryError: ray is not installed.
-        InvalidValueError: Nothing listens at an address.
+        MissingLibraryError: If ray is not installed.
+        InvalidValueError: If nothing listens at the address.
     """
     require("ray", "cluster", "--ray")
     if address in (AUTO, LOCAL):
@@ -156,8 +156,8 @@ class _Head:
     """Whether the head of a cluster replies: ray waits a minute for one that is lost, then ends the process.
 
     Attributes:
-        cores: Of the cluster, which may grow.
-        left: Set when nobody wants to know any more.
+        cores: Number of cores of the cluster, which may grow.
+        left: Set when the sweep has ended.
     """
 
     def __init__(self, ray: Any) -> None:
@@ -167,10 +167,10 @@ class _Head:
 
     def _ask(self) -> None:
         while not self.left:
-            with suppress(Exception):  # whatever is wrong: there is no reply
+            with suppress(Exception):  # any error counts as no reply
                 self.cores = max(1, int(self._ray.cluster_resources().get("CPU", 1)))
                 self._replies += 1
-            time.sleep(TICK)
+            time.sleep(MAX_PROGRESS_INTERVAL_S)
 
     def lives(self, now: float) -> bool:
         """Return whether it has replied lately, at a time [s]."""
@@ -199,7 +199,7 @@ class _Round:
     jobs: int | None
     longest: float
     head: "_Head" = field(init=False)
-    clock: ParentTime = field(default_factory=lambda: ParentTime(4.0 * TICK))
+    clock: ParentTime = field(default_factory=lambda: ParentTime(4.0 * MAX_PROGRESS_INTERVAL_S))
     begun: dict[Any, float] = field(default_factory=dict)
     waiting: deque[int] = field(init=False)
     handed_out: dict[Any, int] = field(default_factory=dict)
@@ -224,7 +224,7 @@ class _Round:
                     index = self.waiting.popleft()
                     reference = work.remote(self.cases[index])
                     self.handed_out[reference], self.begun[reference] = index, self.clock.now
-                ready, _ = self.ray.wait(list(self.handed_out), num_returns=1, timeout=TICK)
+                ready, _ = self.ray.wait(list(self.handed_out), num_returns=1, timeout=MAX_PROGRESS_INTERVAL_S)
                 for reference in ready:
                     self._take(self.handed_out.pop(reference), reference, progress)
                 self.clock.look()
@@ -233,7 +233,7 @@ class _Round:
                 progress(self._progress())
         finally:
             self.head.left = True
-            if self.head.lives(self.clock.now):  # else there is nobody to ask
+            if self.head.lives(self.clock.now):  # a lost head cannot cancel them
                 for reference in self.handed_out:
                     self.ray.cancel(reference, force=True)
 
@@ -244,10 +244,10 @@ class _Round:
             self._died(self.handed_out.pop(reference), f"it took longer than {self.longest:.0f} s", progress)
 
     def _most(self) -> int:
-        """How many are handed out: the cluster may grow."""
+        """Return the number of cases to hand out; the cluster may grow."""
         if self.jobs is not None:
             return self.jobs
-        return AHEAD * self.head.cores
+        return CASES_PER_CORE * self.head.cores
 
     def _take(self, index: int, reference: Any, progress: ShowProgress) -> None:
         case, kinds = self.cases[index], self.ray.exceptions
@@ -258,7 +258,7 @@ class _Round:
         except kinds.RuntimeEnvSetupError as error:
             raise BatchError(f"workers of the ray cluster do not start: {error}") from None
         except kinds.RayTaskError as error:
-            # what a run raises is in its record: this is what it takes to call it, as palpate on that node
+            # exceptions of a run are in its record; here the call failed, as for a missing package on the node
             outcome = Failure(case, FailureKind.RAISED, f"the node could not call it: {error.cause}", str(error))
         except kinds.RayError as error:
             self._died(index, type(error).__name__, progress)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from palpate.commands.sweep.config import SweepConfig
 from palpate.commands.sweep.plan import RunCase, SweepPlan, expected_durations
@@ -11,6 +11,9 @@ from palpate.commands.sweep.result import SweepResult, checked_columns, shown_me
 from palpate.commands.sweep.store import RunRecord, RunStatus, SweepFolder, without_result
 from palpate.experiments.kit.metric import Metric
 from palpate.runtime.batch import BatchProgress, Failure, FailureKind, Outcome, ShowProgress, run_batch
+
+if TYPE_CHECKING:
+    from palpate.reporting.page import WrittenReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,8 +173,8 @@ class SweepAtWork:
         shown = self.checked.shown or shown_metrics(self.records.values(), plan.experiment.metrics)
         return SweepResult(plan, tuple(self.records[run.number] for run in plan.runs), shown)
 
-    def write(self) -> tuple[Path, ...]:
-        """Write tables, figure and report; return the files.
+    def write(self) -> "WrittenReport":
+        """Write tables, summary figure and report; return the files, and the figures that could not be drawn.
 
         Raises:
             OSError: If a file cannot be written.
@@ -179,13 +182,16 @@ class SweepAtWork:
         from palpate.commands.sweep.figure import write_summary
         from palpate.commands.sweep.report import sweep_report
         from palpate.commands.sweep.store import columns_of, rows_of, write_csv, write_parquet
-        from palpate.reporting.page import write_report
+        from palpate.reporting.page import WrittenReport, write_report
 
         result, path = self.result, self.folder.path
         columns, rows = columns_of(result.plan), rows_of(result.plan, result.records)
         write_csv(rows, columns, path / "runs.csv")
         parquet = ["runs.parquet"] if write_parquet(rows, columns, path / "runs.parquet") else []
         report = sweep_report(result)
-        page, *figures = write_report(report, path / "report.html", self.checked.plan.config.figures).files
-        write_summary(result, path / "summary.png")
-        return (page, *(path / name for name in ("summary.png", "runs.csv", *parquet)), *figures)
+        written = write_report(report, path / "report.html", self.checked.plan.config.figures)
+        page, *figures = written.files
+        if not written.failures:
+            write_summary(result, path / "summary.png")
+        tables = [path / name for name in (*(() if written.failures else ("summary.png",)), "runs.csv", *parquet)]
+        return WrittenReport((page, *tables, *figures), written.failures)

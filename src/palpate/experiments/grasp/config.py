@@ -51,7 +51,7 @@ SPREADS: dict[Knowledge, tuple[float, float]] = {
     "untouched": (0.3, 0.5),
     "estimated": (0.15, 0.25),
 }
-"""Largest relative errors of the believed mu and e, by touch and by guess; of an estimate, standard deviations."""
+"""Largest relative errors of the initial mu and e; standard deviations for an estimate."""
 
 _MOST_PROBABLE = 0.999
 """Largest probability of holding: an estimate as wide as that of e allows no more."""
@@ -88,7 +88,7 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     Example, a jump of the load within 50 ms:
     palpate grasp --load step
 
-    Example, a step of 2.5 N within 5 ms, announced 15 ms before, and one that nobody announces:
+    Example, a step of 2.5 N within 5 ms, announced 15 ms before, and one that is not announced:
     palpate grasp --load step --rise 0.005 --announced 0.015
     palpate grasp --load step --rise 0.005 --preload 2.5
 
@@ -141,12 +141,12 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     friction within the true limits balances the true load: a finger that comes to its limit creeps, others take
     over."""
     believed_friction: float | None = option(None, check=check_friction)
-    """mu that is believed at first. Left out, as the next: the seed draws it, within the range of --known."""
+    """Initial estimate of mu. Left out, as the next: the seed draws it, within the range of --known."""
     believed_spin_length: float | None = option(None, "m", check=check_spin_length)
-    """e that is believed at first [m]."""
+    """Initial estimate of e [m]."""
     friction_file: Path | None = option(None, kept=KNOWN_TEXT)
-    """A friction.yaml of `palpate friction`: what is believed comes from there, and what is true of the simulated
-    object, as far as that is not typed."""
+    """File friction.yaml of `palpate friction`: source of the initial estimates, and of the simulated object's
+    friction unless options give it."""
     load: _LoadName = option("ramp", fixed=_PULLED)
     """Load on the lifted object: a force that grows, that jumps, one that shakes up and down and
     sideways, or nothing."""
@@ -173,13 +173,13 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     )
     """Share of grip beyond the need of the limit surface."""
     preload: float = option(0.0, "N", bound="not negative", within=(-inf, _LARGEST_PULL))
-    """Steps of the load that nobody announces, up to so much [N] within 5 ms and --offset aside, are borne without
-    slip, too: with a grip kept for them from the first touch on. What that costs is told before the run."""
+    """Largest unannounced step of the load [N], within 5 ms and --offset aside, that the grip carries without slip:
+    the grip is kept for it from the first touch on. A note before the run states the cost."""
     announced: float | None = option(None, "s", bound="positive")
-    """How long before it grows the pull is announced to the grip [s], as a script does that knows what it will do.
-    Left out: nobody announces it."""
+    """Time before the pull grows at which it is announced to the grip [s], as by a script that knows its next
+    step. Left out: the pull is not announced."""
     controller: Literal["limit-surface", "coulomb"] = "limit-surface"
-    """Grip law: limit-surface bears force and torque; coulomb plans by Coulomb's law alone, as if there were no
+    """Grip law: limit-surface carries force and torque; coulomb plans by Coulomb's law alone, as if there were no
     torque, for comparison only."""
     against_ignoring_spin: bool = option(
         False, fixed="the log is of the first of both; set controller=coulomb", once=True
