@@ -173,7 +173,7 @@ class GraspConfig(SceneOptions, ObjectOptions, DriftOptions, LimitSurfaceOptions
     )
     """Share of grip beyond the need of the limit surface."""
     preload: float = option(0.0, "N", bound="not negative", within=(-inf, _LARGEST_PULL))
-    """Largest unannounced step of the load [N], within 5 ms and --offset aside, that the grip carries without slip:
+    """Largest unannounced step of load [N], within 5 ms and --offset aside, that the grip carries without slip;
     the grip is kept for it from the first touch on. A note before the run states the cost."""
     announced: float | None = option(None, "s", bound="positive")
     """Time before the pull grows at which it is announced to the grip [s], as by a script that knows its next
