@@ -15,7 +15,7 @@ from enum import Enum
 import numpy as np
 
 from palpate.controllers.paths.features import MarkRecorder
-from palpate.controllers.paths.felt_rows import Row, RowRecorder, TouchNoise, missed_around
+from palpate.controllers.paths.felt_rows import FeltRow, RowRecorder, TouchNoise, missed_around
 from palpate.controllers.paths.strategy import (
     ContactPeriod,
     Hop,
@@ -27,7 +27,7 @@ from palpate.controllers.paths.strategy import (
     Point,
     Stroke,
 )
-from palpate.controllers.paths.strips import Columns, Expectation, Place, Strip
+from palpate.controllers.paths.strips import Expectation, Place, Strip, StripColumns
 from palpate.errors import FloatArray, InvalidValueError, check_positive, positive
 
 
@@ -159,7 +159,7 @@ class _CoarseGap:
         self._spacing = spacing
         self._missed: dict[tuple[int, float], FloatArray] = {}
 
-    def wanted(self, rows: list[Row], error: float, measure: GoalError, widest: float) -> float:
+    def wanted(self, rows: list[FeltRow], error: float, measure: GoalError, widest: float) -> float:
         """Return the distance of rows at which the error [m] is expected, at most `widest` [m]."""
         if measure is GoalError.LARGEST:
             widest = min(widest, math.sqrt(error / (_RIM_ERROR_RATIO * max(self._curvature(rows), 1e-6))))
@@ -169,7 +169,7 @@ class _CoarseGap:
                 return min(widest, gap * math.sqrt(math.sqrt(error / typical)))
         return widest
 
-    def _curvature(self, rows: list[Row]) -> float:
+    def _curvature(self, rows: list[FeltRow]) -> float:
         """Return the median curvature along the rows, over enough of them to stand out of noise [1/m]."""
         bends = [np.zeros(0)]
         for row in rows:
@@ -179,7 +179,7 @@ class _CoarseGap:
         every = np.concatenate(bends)
         return float(np.median(every)) if len(every) else 0.0
 
-    def typical(self, rows: list[Row], gap: float, measure: GoalError) -> float:
+    def typical(self, rows: list[FeltRow], gap: float, measure: GoalError) -> float:
         """Return what rows this far apart miss between them where there is no detail [m]."""
         values = [self._along(k, row, gap) for k, row in enumerate(rows)]
         every = np.concatenate(values) if values else np.zeros(0)
@@ -190,7 +190,7 @@ class _CoarseGap:
             return float(np.sqrt(np.mean(usual**2)))
         return float(np.quantile(usual, 0.95))
 
-    def _along(self, index: int, row: Row, gap: float) -> FloatArray:
+    def _along(self, index: int, row: FeltRow, gap: float) -> FloatArray:
         key = (index, gap)
         if key not in self._missed:
             known = np.zeros(0)
@@ -294,7 +294,7 @@ class Active:
         return self._mark_recorder.marks
 
     @property
-    def rows(self) -> tuple[Row, ...]:
+    def rows(self) -> tuple[FeltRow, ...]:
         """Rows so far."""
         return tuple(self._rows)
 
@@ -309,9 +309,9 @@ class Active:
         own = self._settings
         self._mark_recorder = MarkRecorder()
         self._recorder = RowRecorder(own.stretch)
-        self._rows: list[Row] = []
+        self._rows: list[FeltRow] = []
         self._coarse_gap = _CoarseGap(own.noise, own.stretch, _COLUMN_WIDTH)
-        self._columns = Columns(
+        self._columns = StripColumns(
             *self._u, _COLUMN_WIDTH, Expectation(own.noise, own.stretch, own.unknown, own.prior)
         )
         self._stroke: Leg | None = None  # to follow the present hop

@@ -9,7 +9,7 @@ from palpate.errors import FloatArray, not_negative, positive
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Row:
+class FeltRow:
     """Heights and slopes along a straight stroke at constant v, in the plane of the path.
 
     They are those of the surface on which the origin of the tip frame moves, parallel to the object's: its height
@@ -74,10 +74,10 @@ class RowRecorder:
         self._hu += slope
         self._hv += cross_slope
 
-    def take(self, v: float) -> Row:
+    def take(self, v: float) -> FeltRow:
         """Return the row since the last call, and start again."""
         self._close()
-        row = Row.of(v, self._stretches)
+        row = FeltRow.of(v, self._stretches)
         self._stretches = []
         return row
 
@@ -122,7 +122,7 @@ class TouchNoise:
         return self.slope**2 * (0.25 * stretch * gap + gap * gap / 32.0 + 1.5 * (CROSS_WEIGHT * gap) ** 2)
 
 
-def missed(row: Row, gap: float, at: FloatArray) -> FloatArray:
+def missed(row: FeltRow, gap: float, at: FloatArray) -> FloatArray:
     """Return what interpolation over `gap` centred at `at` misses, shape (n,) [m].
 
     Two errors are taken together: of the profile, its cubic Hermite interpolation, and of the cross slope, its
@@ -148,7 +148,7 @@ def missed(row: Row, gap: float, at: FloatArray) -> FloatArray:
     return np.asarray(error)
 
 
-def missed_around(row: Row, gap: float, at: FloatArray, noise: float) -> FloatArray:
+def missed_around(row: FeltRow, gap: float, at: FloatArray, noise: float) -> FloatArray:
     """Return the root mean square of `missed` within a quarter of a gap, less what noise gives, shape (n,) [m].
 
     Where rows lie relative to a detail is chance, so its error is averaged over where they could. Values at the

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from palpate.controllers.paths.felt_rows import CROSS_WEIGHT, Row, TouchNoise, missed_around
+from palpate.controllers.paths.felt_rows import CROSS_WEIGHT, FeltRow, TouchNoise, missed_around
 from palpate.errors import FloatArray
 
 _MAX_DISTANCE_RATIO = 2.0
@@ -184,7 +184,7 @@ class Expectation:
     prior: float
 
 
-class Columns:
+class StripColumns:
     """All rows seen across: which of them cover a column of the field, and the errors expected between them.
 
     What a row says about a gap does not change, so it is remembered from one call to the next.
@@ -199,7 +199,7 @@ class Columns:
         self._how = how
         self._along: dict[tuple[int, int], FloatArray] = {}
         self._feet: dict[int, npt.NDArray[np.bool_]] = {}
-        self._rows: list[Row] = []
+        self._rows: list[FeltRow] = []
         self._order = np.zeros(0, np.intp)
         self._error = np.zeros((0, count))
         self._firm = np.zeros((0, count))
@@ -207,7 +207,7 @@ class Columns:
         self._gap = np.zeros((0, count))
         self._v = np.zeros(0)
 
-    def take(self, rows: Sequence[Row]) -> None:
+    def take(self, rows: Sequence[FeltRow]) -> None:
         """Take all rows so far: those of the last call, in the same order, and new ones."""
         self._rows = list(rows)
         self._order = np.argsort([row.v for row in rows], kind="stable")

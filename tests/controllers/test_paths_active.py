@@ -23,7 +23,7 @@ from palpate.controllers.paths import (
     TouchNoise,
 )
 from palpate.controllers.paths.active import reached
-from palpate.controllers.paths.felt_rows import Row, missed, missed_around
+from palpate.controllers.paths.felt_rows import FeltRow, missed, missed_around
 from palpate.controllers.paths.strips import innovation_error
 from support.paths_world import HeightWorld, explore
 
@@ -179,7 +179,7 @@ BEND = 3e5  # fourth derivative of heights [1/m^3]: rows 8 mm apart miss 3 um
 
 def row(slope, cross_slope=lambda u: 0.0 * u, half=0.02):
     u = np.linspace(-half, half, round(2 * half / STRETCH) + 1)
-    return Row(0.0, u, 0.0 * u, slope(u), cross_slope(u))
+    return FeltRow(0.0, u, 0.0 * u, slope(u), cross_slope(u))
 
 
 def across(v, height, slope, columns=9):
@@ -246,7 +246,7 @@ def test_a_row_speaks_only_of_gaps_that_it_spans_but_for_a_stretch_and_a_half():
     found = missed(straight, GAP, at)
     assert np.isnan(found).tolist() == [True, False, False, False, True]
     assert found[1:4] == pytest.approx(0.0, abs=1e-12)  # beyond its ends it goes on straight
-    assert np.isnan(missed(Row(0.0, *np.zeros((4, 1))), GAP, at)).all()
+    assert np.isnan(missed(FeltRow(0.0, *np.zeros((4, 1))), GAP, at)).all()
 
 
 @pytest.mark.parametrize("stretches", [8, 20, 60])

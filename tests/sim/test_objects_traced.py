@@ -229,6 +229,6 @@ def test_pictures_are_seen_and_touch_nothing():
         target.add_assets(spec, "object")
         target.add_geom(spec.worldbody.add_body(name="object"), "object")
         model = spec.compile()
-        assert model.geom("object_figure").contype == 0
-        assert model.geom("object_figure").conaffinity == 0
+        assert model.geom("object_picture").contype == 0
+        assert model.geom("object_picture").conaffinity == 0
         assert model.geom("object").rgba[3] == 0.0

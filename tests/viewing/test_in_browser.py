@@ -56,7 +56,7 @@ def figure_of(browser, mode):
 def test_a_browser_shows_a_run_as_text_in_dark_on_a_phone_until_its_connection_is_lost(short_run, tmp_path):
     scene = replace(short_run.scene, title=f"{short_run.scene.title} {HOSTILE}")
     with playing(scene, short_run, 4.0) as (player, stop), page(tmp_path, player.url) as browser:
-        for text in ("Exploration of an ellipsoid, stage", "map points", "force felt, 15 mm per N"):
+        for text in ("Exploration of an ellipsoid by touch, stage", "map points", "force felt, 15 mm per N"):
             browser.wait_for(f"document.body.innerText.includes('{text}')")
         browser.wait_for("/t = [1-9]\\.\\d+ s . stop/.test(document.body.innerText)")
         assert browser.evaluate("document.querySelectorAll('.uplot canvas').length") == 2

@@ -8,7 +8,7 @@ import json
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,7 +17,7 @@ import numpy as np
 
 from palpate import compiling, surfaces
 from palpate.controllers.grip.wrench_ahead import WrenchAhead
-from palpate.experiments.kit.registry import experiment_named
+from palpate.experiments.kit.registry import experiment_named, experiment_names
 from palpate.experiments.kit.script import perform
 from palpate.friction.slip.load_fall import LoadFall
 from palpate.grasp import GraspContacts, GraspForceOptimizer, GraspUncertainty, Objective, RobustLeastEffort
@@ -56,9 +56,6 @@ _AXES = np.stack([-_OUT, _UP, np.cross(-_OUT, _UP)], axis=2)
 _GRASP = GraspContacts(0.03 * _OUT, _AXES, 0.6, 0.005, 0.0, 20.0)
 """Three fingers around a ball of 30 mm."""
 
-_SMALL = {"width": 0.006, "depth": 0.002, "speed": 0.05}
-_LIFTED = {"rise": 0.1, "lift_height": 0.01}
-
 
 def steps() -> Iterator[tuple[str, Callable[[], object]]]:
     """Yield the name of each step and the function that carries it out, most common uses first."""
@@ -71,11 +68,10 @@ def steps() -> Iterator[tuple[str, Callable[[], object]]]:
         ("a mesh", surfaces.MeshSurface(_CORNERS, _FACETS)),
     )
     yield "contact on a sphere", partial(contact_from_wrench, tips[0][1], _WRENCH)
-    yield "exploration", partial(_carry_out, "explore", **_SMALL)
-    yield "arms and their sensors", partial(_carry_out, "explore", robot="ur5e-nano17", **_SMALL)
-    yield "regulation", partial(_carry_out, "regulate", duration=0.5)
-    yield "friction", partial(_carry_out, "friction", quick=True)
-    yield "grasps", partial(_carry_out, "grasp", **_LIFTED)
+    for name in experiment_names():
+        for options in getattr(experiment_named(name), "warm_up", ()):
+            words = ", ".join(f"{key}={value}" for key, value in options.items())
+            yield f"{name} with {words}", partial(_carry_out, name, options)
     yield "comparison of meshes", partial(TriangleSurface(_CORNERS, _FACETS).nearest, _CORNERS)
     for objective in Objective:
         yield f"grasp forces, {objective.value.replace('_', ' ')}", partial(_hold, objective)
@@ -83,14 +79,13 @@ def steps() -> Iterator[tuple[str, Callable[[], object]]]:
     yield "grasp forces with shared actuators", _hold_by_tendon
     for name, surface in tips[1:]:
         yield f"contact on {name}", partial(contact_from_wrench, surface, _WRENCH)
-    yield "simulation of a ring", partial(_carry_out, "explore", object="torus", **_SMALL)
     yield "simulation of a height field", partial(_touch, bumps())
     yield "simulation of a mesh", partial(_touch, TracedMesh(Triangles(4.0 * _CORNERS, _FACETS)))
     yield "simulation of friction", partial(_touch, SphereObject(0.04), FrictionLaw())
     yield "predictions of loads and arms", _predict
 
 
-def _carry_out(name: str, **options: object) -> None:
+def _carry_out(name: str, options: Mapping[str, object]) -> None:
     experiment = experiment_named(name)
     with TemporaryDirectory() as folder:
         perform(experiment, experiment.Config(**options), Path(folder))

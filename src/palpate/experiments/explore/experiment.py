@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 FILE_NAMES = ("contacts.ply", "contacts.csv", "marks.csv", "map.ply", "map.stl", "height_map.csv")
 """Files of an exploration with enough contacts for a map."""
 
+_SMALL = {"width": 0.006, "depth": 0.002, "speed": 0.05}
+"""Options of a small exploration."""
+
 
 class Explore(ExperimentDefaults):
     """Explores a surface by touch. An `Experiment`."""
@@ -30,6 +33,7 @@ class Explore(ExperimentDefaults):
     Config = ExploreConfig
     metrics = METRICS
     findings = FINDINGS
+    warm_up = (_SMALL, {**_SMALL, "robot": "ur5e-nano17"}, {**_SMALL, "object": "torus"})
 
     def plan(
         self, config: ExploreConfig, robot: "Robot | None", attachments: Mapping[str, str]

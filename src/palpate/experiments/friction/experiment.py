@@ -24,6 +24,7 @@ class FindFriction(ExperimentDefaults):
     Config = FrictionConfig
     metrics = METRICS
     findings = FINDINGS
+    warm_up = ({"quick": True},)
 
     def plan(
         self, config: FrictionConfig, robot: "Robot | None", attachments: Mapping[str, str]

@@ -193,7 +193,7 @@ METRICS = (
     Metric("mu_true", "true mu", "", _true_mu, in_table=False),
     _inside("mu_inside", "share of intervals that hold true mu", _MU, _true_mu),
     _estimated(
-        "static_friction",
+        "static_friction_found",
         "static friction",
         "static_friction",
         _true_static,

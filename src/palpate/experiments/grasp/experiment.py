@@ -25,6 +25,7 @@ class GraspObject(ExperimentDefaults):
     Config = GraspConfig
     metrics = METRICS
     findings = FINDINGS
+    warm_up = ({"rise": 0.1, "lift_height": 0.01},)
 
     def plan(self, config: GraspConfig, robot: "Robot | None", attachments: Mapping[str, str]) -> "GraspPlan":
         """Check and build everything; nothing moves."""

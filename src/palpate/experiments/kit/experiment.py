@@ -282,6 +282,7 @@ class ExperimentDefaults:
 
     Attributes:
         findings: Statements of the report that hold for some results, with their remedies.
+        warm_up: Options of small runs, which `palpate warm-up` carries out to compile what the experiment uses.
     """
 
     name: str
@@ -289,6 +290,7 @@ class ExperimentDefaults:
     Config: type[Any]
     metrics: tuple[Metric, ...]
     findings: tuple[Finding, ...] = ()
+    warm_up: tuple[Mapping[str, object], ...] = ()
 
     def figures(self, result: Any) -> "Iterator[FigureSource]":
         """Yield the figures of the report, or functions that draw one each; none by default."""

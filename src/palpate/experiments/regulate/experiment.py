@@ -25,6 +25,7 @@ class Regulate(ExperimentDefaults):
     Config = RegulateConfig
     metrics = METRICS
     findings = FINDINGS
+    warm_up = ({"duration": 0.5},)
 
     def plan(
         self, config: RegulateConfig, robot: "Robot | None", attachments: Mapping[str, str]
