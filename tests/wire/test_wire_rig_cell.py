@@ -151,7 +151,7 @@ def test_a_regulation_runs_on_it_and_judges_what_was_sensed(tmp_path):
     assert np.isnan(held.true_force).all()
     assert held.sensed_rms < 0.1
     metrics = {metric.name: metric.text for metric in REGULATE.report(held).all_metrics}
-    assert metrics["true force"] == NOT_KNOWN
+    assert metrics["true force, RMS error"] == NOT_KNOWN
     assert float(metrics["largest force of the run"]) >= 1.9
 
 

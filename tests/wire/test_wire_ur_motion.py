@@ -125,11 +125,11 @@ def test_a_blocking_command_is_done_once_until_it_is_withdrawn() -> None:
 
 def test_the_script_ends_without_done_and_with_an_error_at_a_command_that_is_not_emulated() -> None:
     bench = Bench()
-    bench.write(STOP_SCRIPT, duration=0.01)
+    bench.write(STOP_SCRIPT, seconds=0.01)
     assert not bench.playing
     assert bench.state == READY
     assert bench.start()
-    bench.write(24, duration=0.01)
+    bench.write(24, seconds=0.01)
     assert not bench.playing
     assert any("command 24 is not emulated" in line for line in bench.robot.lines())
 
