@@ -203,7 +203,7 @@ def test_its_devices_are_emulated_examined_recovered_and_used(palpate_cell):
         found = json.loads(palpate_cell("recover", "bench.yaml", "--json"))
         assert found["fit"]
         assert found["devices"][1]["state"] == "it stands still"
-        # at 250 Hz and 26 ms of delay a tip that presses with 2 N bounces up to 21 times on landing, and may give up
+        # at 250 Hz and 26 ms of delay a tip that presses with 2 N may bounce on landing until it gives up
         calm = ("--duration", "2", "--force", "5", "--landing-speed", "0.003")
         outcome = json.loads(palpate_cell("regulate", "--robot", "bench.yaml", *calm, "--out", "held", "--json"))
         assert outcome["status"] == "done"
