@@ -14,7 +14,7 @@ from enum import Enum
 
 import numpy as np
 
-from palpate.controllers.paths.features import MarkRecorder
+from palpate.controllers.paths.features import MarkingStrategy, MarkRecorder
 from palpate.controllers.paths.felt_rows import FeltRow, RowRecorder, TouchNoise, missed_around
 from palpate.controllers.paths.strategy import (
     ContactPeriod,
@@ -22,7 +22,6 @@ from palpate.controllers.paths.strategy import (
     Leg,
     LegEnd,
     LegResult,
-    Mark,
     PathPlane,
     Point,
     Stroke,
@@ -260,7 +259,7 @@ class ActiveSettings:
         return cls() if measure is GoalError.RMS else cls(caution=0.85)
 
 
-class Active:
+class Active(MarkingStrategy):
     """Explores a rectangle. All its choices follow from the reports it was given.
 
     Attributes:
@@ -287,11 +286,6 @@ class Active:
         self._u = (center[0] - width / 2.0, center[0] + width / 2.0)
         self._v = (center[1] - depth / 2.0, center[1] + depth / 2.0)
         self.start()
-
-    @property
-    def marks(self) -> tuple[Mark, ...]:
-        """Marks so far, in order."""
-        return self._mark_recorder.marks
 
     @property
     def rows(self) -> tuple[FeltRow, ...]:

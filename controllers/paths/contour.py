@@ -8,7 +8,7 @@ from typing import Any
 
 from palpate.compiling import machine_code, njit
 from palpate.controllers import small_vectors as vectors
-from palpate.controllers.paths.features import FeatureLimits, MarkRecorder
+from palpate.controllers.paths.features import FeatureLimits, MarkingStrategy, MarkRecorder
 from palpate.controllers.paths.strategy import (
     Circuit,
     ContactPeriod,
@@ -16,7 +16,6 @@ from palpate.controllers.paths.strategy import (
     Leg,
     LegEnd,
     LegResult,
-    Mark,
     PathPlane,
     Point,
     Steering,
@@ -168,7 +167,7 @@ _HEADING_SHARE = 0.5
 """Headings are taken over this part of the tolerance: from period to period they would be noise."""
 
 
-class Contour:
+class Contour(MarkingStrategy):
     """Lands, slides to the curve, follows it, and ends where it closes.
 
     If it does not close within `longest`, that is marked; so are loss and steepness, which end it too.
@@ -188,11 +187,6 @@ class Contour:
         self._steering = steering
         self._tolerance = positive("tolerance", tolerance, "m")
         self.start()
-
-    @property
-    def marks(self) -> tuple[Mark, ...]:
-        """Marks so far, in order."""
-        return self._mark_recorder.marks
 
     def start(self) -> None:
         """Forget all contacts and begin again."""

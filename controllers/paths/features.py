@@ -244,3 +244,14 @@ class MarkRecorder:
             event, reason = _EVENTS[ended.how]
             self._marks.append(Mark(event, self._contact or ended.tip, reason))
         self._contact = None
+
+
+class MarkingStrategy:
+    """Base class of strategies whose marks a `MarkRecorder` keeps."""
+
+    _mark_recorder: MarkRecorder
+
+    @property
+    def marks(self) -> tuple[Mark, ...]:
+        """Marks so far, in order."""
+        return self._mark_recorder.marks

@@ -5,7 +5,7 @@ from bisect import bisect_right
 from itertools import accumulate, pairwise
 from typing import Protocol
 
-from palpate.controllers.paths.features import MarkRecorder
+from palpate.controllers.paths.features import MarkingStrategy, MarkRecorder
 from palpate.controllers.paths.path_follower import ARRIVAL_DISTANCE
 from palpate.controllers.paths.strategy import (
     ContactPeriod,
@@ -13,7 +13,6 @@ from palpate.controllers.paths.strategy import (
     Leg,
     LegEnd,
     LegResult,
-    Mark,
     PathPlane,
     Point,
     SingleTouch,
@@ -33,7 +32,7 @@ class Path(Protocol):
         ...
 
 
-class Follow:
+class Follow(MarkingStrategy):
     """Lands at the first corner and slides along the path.
 
     Where it is too steep or blocked, or nothing is met, the place is marked and the path goes on `left_out`
@@ -49,11 +48,6 @@ class Follow:
         self._arc_lengths = tuple(accumulate(steps, initial=0.0))  # along the path to every corner
         self._left_out = positive("left_out", left_out, "m")
         self.start()
-
-    @property
-    def marks(self) -> tuple[Mark, ...]:
-        """Marks so far, in order."""
-        return self._mark_recorder.marks
 
     def start(self) -> None:
         """Forget all contacts and begin again."""
@@ -133,7 +127,7 @@ def tap_grid(width: float, depth: float, spacing: float, center: Point = (0.0, 0
     return tuple(points)
 
 
-class Taps:
+class Taps(MarkingStrategy):
     """Approaches, touches and retreats at every point; a miss is marked, and the next point tried."""
 
     def __init__(self, points: tuple[Point, ...], retreat: float = 5e-3, plane: PathPlane | None = None) -> None:
@@ -143,11 +137,6 @@ class Taps:
         self.plane = plane or PathPlane()
         self._legs = tuple(SingleTouch(point, retreat) for point in points)
         self.start()
-
-    @property
-    def marks(self) -> tuple[Mark, ...]:
-        """Marks so far, in order."""
-        return self._mark_recorder.marks
 
     def start(self) -> None:
         """Forget all contacts and begin again."""

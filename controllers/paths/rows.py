@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import distance_transform_edt
 
-from palpate.controllers.paths.features import FeatureLimits, MarkRecorder
+from palpate.controllers.paths.features import FeatureLimits, MarkingStrategy, MarkRecorder
 from palpate.controllers.paths.follow import MIN_LEFT_OUT
 from palpate.controllers.paths.polygons import Raster
 from palpate.controllers.paths.strategy import (
@@ -17,7 +17,6 @@ from palpate.controllers.paths.strategy import (
     Leg,
     LegEnd,
     LegResult,
-    Mark,
     PathPlane,
     Point,
     Stroke,
@@ -238,7 +237,7 @@ class _Stage(Enum):
     """Along the field's end to the next row, and across."""
 
 
-class RasterRows:
+class RasterRows(MarkingStrategy):
     """Sweeps the rows of a raster on an object that may be smaller than it, of any outline, and with holes.
 
     Where a row ends at a rim, the next one is begun a little inwards of it, swept out to its own rim and then
@@ -277,11 +276,6 @@ class RasterRows:
         if not (off[0] <= 0.5 * raster.width + 1e-9 and off[1] <= 0.5 * raster.depth + 1e-9):
             raise InvalidValueError(f"begin = {self._begin} m: must lie in the raster")
         self.start()
-
-    @property
-    def marks(self) -> tuple[Mark, ...]:
-        """Marks so far, in order."""
-        return self._mark_recorder.marks
 
     def start(self) -> None:
         """Forget all contacts and begin again."""
