@@ -5,14 +5,13 @@ python docs/make_metrics.py --check   # exit code 1 if it is not up to date: `ma
 """
 
 import sys
+from importlib.metadata import entry_points
 from pathlib import Path
 
 from palpate.experiments.kit.metric import Metric
-from palpate.experiments.kit.registry import experiment_named
+from palpate.experiments.kit.registry import ENTRY_POINTS, experiment_named
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "metrics.md"
-
-EXPERIMENTS = ("explore", "regulate", "friction", "grasp", "calibrate.tip")
 
 INTRODUCTION = """# Metrics
 
@@ -29,7 +28,8 @@ HEADS = ("key", "meaning", "unit", "in the report")
 def page() -> str:
     """Return the page as text."""
     parts = [INTRODUCTION]
-    for name in EXPERIMENTS:
+    own = (point for point in entry_points(group=ENTRY_POINTS) if point.value.startswith("palpate."))
+    for name in sorted(point.name for point in own):
         experiment = experiment_named(name)
         rows = [HEADS, ("---",) * len(HEADS), *map(_row, experiment.metrics)]
         parts.append(

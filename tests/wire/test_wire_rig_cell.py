@@ -15,12 +15,12 @@ import pytest
 from palpate.cli import main
 from palpate.experiments.explore.config import ExploreConfig
 from palpate.experiments.explore.experiment import Explore
+from palpate.experiments.kit.metric import NOT_KNOWN
 from palpate.experiments.kit.recording import write_result
 from palpate.hw.devices import DeviceError
 from palpate.hw.dynamixel.hand import DynamixelHand
 from palpate.hw.emulators.process import EmulatorProcess
 from palpate.hw.rig import FreshlyTared, PolledHand
-from palpate.robots.known_truth import NOT_KNOWN
 from palpate.robots.rig import assembled
 from palpate.robots.robot import load_robot
 from palpate.runtime import Ending

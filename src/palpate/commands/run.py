@@ -285,11 +285,10 @@ def run_experiment(experiment: Experiment, config: Any, figures: FigureKind | No
             tell(console, plan, result)
             return replace(_unusable_result(console, result, error, interrupted=interrupted), warnings=notes)
     console.print(quantity_table(report.all_metrics, report.title, report.outcome))
-    failures = tuple(map(str, drawn.failures))
-    for failure in failures:
+    for failure in drawn.warnings:
         say(console, failure)
     print_outcome(console, result, drawn.files)
-    code = ExitCode.DONE if result.done and report.reached and not failures else ExitCode.UNFINISHED
+    code = ExitCode.DONE if result.done and report.reached and not drawn.failures else ExitCode.UNFINISHED
     tables, table_notes = shown_quantities(report.section_quantities)
     return CommandResult(
         ExitCode.INTERRUPTED if interrupted or requested() is not None else code,
@@ -298,7 +297,7 @@ def run_experiment(experiment: Experiment, config: Any, figures: FigureKind | No
         {**table_notes, **metric_notes(experiment.metrics, found)},
         {"ending": result.ending.value, "rest": result.rest, "tables": tables},
         written(result, drawn.files),
-        (*notes, *failures),
+        (*notes, *drawn.warnings),
     )
 
 

@@ -52,6 +52,16 @@ class WrittenReport:
     files: tuple[Path, ...]
     failures: tuple[FigureFailure, ...]
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """One sentence for each figure that could not be drawn."""
+        return tuple(map(str, self.failures))
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Lines for the terminal: the warnings, then one for each file."""
+        return (*self.warnings, *(f"Written: {path}" for path in self.files))
+
 
 class _Drawing:
     """The figures of a page while it is put together.

@@ -8,9 +8,6 @@ from palpate.sim import Scene
 from palpate.sim.contact_truth import Truth
 from palpate.sim.scene_cost import SceneCost, scene_cost
 
-NOT_KNOWN = "not known on a robot"
-"""In the place of the truth."""
-
 
 @runtime_checkable
 class Simulated(Backend, Protocol):

@@ -70,14 +70,12 @@ def compare_map(config: CompareConfig) -> CommandResult:
         page, *figures = written.files
         with replacing(folder / "compare.json") as file:
             file.write(json.dumps(values, indent=2, allow_nan=False).encode("ascii"))
-        files = (page, folder / "compare.json", *figures)
-    for failure in written.failures:
-        say(console, str(failure))
-    for path in files:
-        say(console, f"Written: {path}")
+        written = replace(written, files=(page, folder / "compare.json", *figures))
+    for line in written.lines:
+        say(console, line)
     code = ExitCode.UNFINISHED if written.failures else ExitCode.DONE
-    warnings = (*(report.advice if found.coverage == 0.0 else ()), *map(str, written.failures))
-    return CommandResult(code, metrics=values, files=files, warnings=warnings)
+    warnings = (*(report.advice if found.coverage == 0.0 else ()), *written.warnings)
+    return CommandResult(code, metrics=values, files=written.files, warnings=warnings)
 
 
 def json_values(found: Comparison, reference: TriangleSurface, config: CompareConfig) -> dict[str, Any]:

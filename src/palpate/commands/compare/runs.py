@@ -407,8 +407,8 @@ def compare_runs(places: Sequence[Path], out: Path | None, figures: FigureKind |
     console.print(table)
     with doing(console, "drawing the report"):
         written = write_report(report, folder / FILE_NAME, figures)
-    for each in (*written.failures, *(f"Written: {path}" for path in written.files)):
-        say(console, str(each))
+    for line in written.lines:
+        say(console, line)
     return CommandResult(
         ExitCode.UNFINISHED if written.failures else ExitCode.DONE,
         outcome=report.outcome,
@@ -418,7 +418,7 @@ def compare_runs(places: Sequence[Path], out: Path | None, figures: FigureKind |
             "changed_options": {row[0]: list(row[2:]) for row in options},
         },
         files=written.files,
-        warnings=tuple(map(str, written.failures)),
+        warnings=written.warnings,
     )
 
 

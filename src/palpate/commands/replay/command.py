@@ -75,8 +75,8 @@ def run_replay(config: ReplayConfig) -> CommandResult:
     with doing(console, "drawing the report"):
         said = replay_report(found, config.controller)
         written = write_report(said, report, config.figures)
-    for each in (*written.failures, *(f"Written: {path}" for path in written.files)):
-        say(console, str(each))
+    for line in written.lines:
+        say(console, line)
     wrong = found.should_be_identical or _failed(console, found) or bool(written.failures)
     return _result(found, ExitCode.UNFINISHED if wrong else ExitCode.DONE, written)
 
@@ -107,7 +107,7 @@ def _result(found: ReplayedLog, code: ExitCode, written: WrittenReport) -> Comma
             "versions_differ": version_differences(found) if found.should_be_identical and differing else (),
         },
         written.files,
-        (*remarks(found), *map(str, written.failures)),
+        (*remarks(found), *written.warnings),
     )
 
 

@@ -62,8 +62,8 @@ def run_sweep(config: SweepConfig) -> CommandResult:
         with doing(console, "writing tables, figure and report"):
             written = work.write()
     _print_result(console, work.result)
-    for failure in written.failures:
-        say(console, str(failure))
+    for failure in written.warnings:
+        say(console, failure)
     say(console, "Written: " + ", ".join(map(str, written.files)))
     return _result(work.result, written)
 
@@ -110,7 +110,7 @@ def _result(result: SweepResult, written: WrittenReport) -> CommandResult:
         },
         facts={"combinations": combinations, "failures": failures},
         files=written.files,
-        warnings=(*result.notes, *map(str, written.failures)),
+        warnings=(*result.notes, *written.warnings),
     )
 
 

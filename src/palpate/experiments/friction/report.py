@@ -10,13 +10,14 @@ from palpate.experiments.friction.plan import FrictionPlan
 from palpate.experiments.friction.recognition import library_path, recognition_section
 from palpate.experiments.friction.result import FrictionResult
 from palpate.experiments.kit.experiment import ExperimentDefaults
+from palpate.experiments.kit.metric import NOT_KNOWN
 from palpate.experiments.kit.recorded_periods import recorded_series
 from palpate.experiments.kit.run_report import log_row, report_of
 from palpate.reporting.data import interval_words, value_words
 from palpate.reporting.figure import Figure
 from palpate.reporting.report import Figures, Report, Section, TextTable
 from palpate.reporting.run_figures import force_overview
-from palpate.robots.known_truth import NOT_KNOWN, cost_of, cost_row
+from palpate.robots.known_truth import cost_of, cost_row
 from palpate.runtime import Ending
 
 _MIN_ZERO_DRIFT = 0.01

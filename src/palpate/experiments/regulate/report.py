@@ -9,6 +9,7 @@ import numpy as np
 from palpate.controllers.guarded_approach import Loss
 from palpate.controllers.surface_motion import stiffness_range
 from palpate.experiments.kit.experiment import ExperimentDefaults
+from palpate.experiments.kit.metric import NOT_KNOWN
 from palpate.experiments.kit.recorded_periods import recorded_series
 from palpate.experiments.kit.recorded_run import change_rows, change_sentences
 from palpate.experiments.kit.run_report import log_row, report_of
@@ -21,7 +22,7 @@ from palpate.reporting.figure import Axis, Figure, Panel
 from palpate.reporting.marks import Band, Dash, Line, Rule, Span
 from palpate.reporting.report import Figures, FigureSource, Paragraph, QuantityTable, Report, Section, TextTable
 from palpate.reporting.run_figures import force_overview, stretches, true_and_felt
-from palpate.robots.known_truth import NOT_KNOWN, cost_of, cost_row
+from palpate.robots.known_truth import cost_of, cost_row
 from palpate.runtime import Ending
 from palpate.runtime.data import Phase
 from palpate.runtime.palette import BOUND, FELT, GRID_COLOUR, QUIET_COLOUR, SET, TRUTH
